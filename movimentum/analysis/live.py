@@ -14,7 +14,7 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.query import reader
 from movimentum.records import replace
-from movimentum.scene.model import AnchorCoordinate, Scene, Thing
+from movimentum.scene.model import AnchorCoordinate, FixedPoint, Scene, Thing
 from movimentum.scene.shown import ARROW, Shown, text_number
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
@@ -67,6 +67,8 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
 
     (ref,), own = thing.through, thing.own
     assert isinstance(own, VectorScale)
+    if isinstance(ref, FixedPoint):
+        return np.zeros((2, len(times)))
     coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
     order, scale = (1, own.velocity) if own.velocity is not None else (2, own.acceleration or 0.0)
     try:

@@ -52,6 +52,7 @@ def compose(scene: Scene, options: PictureOptions) -> Drawing:
         matte=options.background or scene.config.background or BACKGROUND,
         transparent=options.transparent,
         paths=tuple(trace for trace in own if trace.whole),
+        clips=tuple(_clips(scene)),
     )
 
 
@@ -62,6 +63,13 @@ def _things(scene: Scene) -> Iterator[ThingMark]:
             if thing.look.fixed:
                 yield from _supports(scene, thing)
             yield from _marks(scene, thing)
+
+
+def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
+    for thing in scene.things:
+        inside = None if thing.clip is None else _mark(scene, scene.things[thing.clip])
+        if inside is not None and not thing.hidden:
+            yield thing.number, inside
 
 
 def _marks(scene: Scene, thing: Thing) -> Iterator[ThingMark]:
@@ -93,7 +101,7 @@ def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
             return PolylineMark(paint, points, look.width, True) if points else None
         case "disc" if is_plain(thing):
             return DiscMark(paint, first, thing.radius or 0.0, look.outline)
-        case "label":
+        case "label" if not thing.through:
             text = thing.text or ""
             return TextMark(paint, text, look.size, first, thing.span, look.align, look.italic, thing.pieces)
         case "line" if is_plain(thing):
@@ -113,11 +121,12 @@ def joints_of(scene: Scene, thing: Thing) -> frozenset[int]:
 
 
 def _through(scene: Scene, thing: Thing) -> tuple[tuple[int, Point], ...]:
-    return tuple((ref.thing, scene.things[ref.thing].anchors[ref.anchor].local) for ref in thing.through)
+    return tuple((ref.thing, scene.local(ref)) for ref in thing.through)
 
 
 def _symbol(scene: Scene, thing: Thing, paint: Paint) -> SymbolMark:
     look = thing.look
+    ink = look.edge if thing.kind.surface else None
     text = thing.pieces or (None if thing.text is None else (thing.text,) if thing.text else ())
     return SymbolMark(
         paint=paint,
@@ -131,6 +140,7 @@ def _symbol(scene: Scene, thing: Thing, paint: Paint) -> SymbolMark:
         cap=look.cap,
         text=text,
         italic=look.italic,
+        ink=ink,
         span=thing.span,
     )
 
@@ -139,7 +149,7 @@ def _trace(scene: Scene, thing: Thing) -> TraceMark:
     ref = thing.through[0]
     own, look = thing.own, thing.look
     assert isinstance(own, Track)
-    local = scene.things[ref.thing].anchors[ref.anchor].local
+    local = scene.local(ref)
     return TraceMark(ref.thing, local, look.paint, look.width, own.whole, own.tail, _paint(thing), look.dash, look.cap)
 
 

@@ -114,6 +114,17 @@ class FigureMark:
 
 
 @dataclass(frozen=True, slots=True)
+class Spot:
+    """Where a label is: in a ``direction`` (of length 1) from its anchor, its letters ``distance`` world pixels away;
+    if ``turning``, the direction turns with the anchor's body.
+    """
+
+    direction: Point
+    distance: float
+    turning: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class SymbolMark:
     """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
 
@@ -121,7 +132,7 @@ class SymbolMark:
     all of them are visible. ``width``: of its lines;
     ``size``: of the symbol, or of its letters; ``ink`` of its lines where that is not the colour of its paint; ``fill``
     of what is inside. ``text``: what is written at it instead of its value. ``lengths``: the least and the greatest
-    distance of its points in the whole film, where its parts depend on them.
+    distance of its points in the whole film, where its parts depend on them. ``spot``: where a label was put.
     """
 
     paint: Paint
@@ -137,6 +148,7 @@ class SymbolMark:
     italic: bool = False
     ink: Color | None = None
     lengths: tuple[float, float] = (0.0, 0.0)
+    spot: Spot | None = None
     span: Span | None = None
 
 
@@ -181,7 +193,7 @@ class FreeArrow:
 
 @dataclass(frozen=True, slots=True)
 class TraceMark:
-    """The path of a body's local point, from the animation's first frame to the present one.
+    """The path of a body's local point, from the film's first frame to the present one.
 
     With ``tail``, only what was drawn in so much time, and fading. ``whole``: from the first frame on, all that it ever
     draws. ``paint``: of a trace that is a thing of the script.
@@ -210,7 +222,8 @@ class Drawing:
     """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``, then ``overlays``, on
     ``background``.
 
-    ``matte`` is the background colour even if the picture is transparent: what video, which has no transparency, shows.
+    ``clips``: (thing number, the mark inside which that thing is shown). ``matte`` is the background colour even if the
+    picture is transparent: what video, which has no transparency, shows.
     """
 
     things: tuple[ThingMark, ...]
@@ -219,6 +232,7 @@ class Drawing:
     matte: Color
     transparent: bool = False
     paths: tuple[TraceMark, ...] = ()
+    clips: tuple[tuple[int, ThingMark], ...] = ()
 
     @property
     def background(self) -> Color | None:

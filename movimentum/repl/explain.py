@@ -143,12 +143,12 @@ def _matrices(session: Session, name: str) -> str:
 
 @COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
-    """an animation of each free motion back and forth, in turn"""
+    """a film of each free motion back and forth, in turn"""
     from movimentum.analysis.interactive.wiggle import wiggles
 
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):
-        raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
+        raise refused("file", "`wiggle` writes a film", "wiggle free.gif")
     piece, tau = session.piece
     found = list(wiggles(session.segment_motion, piece, tau))
     if not found:
@@ -158,7 +158,7 @@ def wiggle(session: Session, argument: str) -> Answer:
 
 
 def _write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
-    """The scene in each of ``moments``, one after the other, as an animation in the format that the suffix names."""
+    """The scene in each of ``moments``, one after the other, as a film in the format that the suffix names."""
     from movimentum.encoding.write import write_animation
     from movimentum.rendering.painter import make_painter
 
@@ -288,7 +288,7 @@ def _other_side(session: Session, constraint: int) -> Fix | None:
 
 @COMMANDS.add("branch")
 def branch(session: Session, argument: str) -> Answer:
-    """how close the solver's choices were over the whole animation"""
+    """how close the solver's choices were over the whole film"""
     plain(argument, "branch")
     from movimentum.analysis.interactive.branches import branches
 

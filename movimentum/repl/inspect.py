@@ -244,7 +244,7 @@ def _line(session: Session, equation: int) -> str:
 
 @COMMANDS.add("plot EXPR [-o FILE]")
 def plot(session: Session, argument: str) -> Answer:
-    """its values over the animation, here or as .svg or .png"""
+    """its values over the film, here or as .svg or .png"""
     text, target = split_output(argument, (".svg", ".png"))
     if not text:
         raise refused("argument", "`plot` needs an expression", "plot Rod.B.x")

@@ -50,7 +50,7 @@ def at(session: Session, argument: str) -> Answer:
         raise refused("time", f"`{argument.strip()}` is not a time", "at 1.5", "at 4/3")
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
-        raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")
+        raise refused("time", f"time {argument.strip()} is outside the film, from {first} to {last}", f"at {last}")
     return moved(session, time)
 
 

@@ -108,7 +108,7 @@ class Session(Inspector):
         return int((self.time - timeline.start) * timeline.fps // 1)
 
     def at(self, time: Fraction) -> Session:
-        """The session at another moment, inside the animation."""
+        """The session at another moment, inside the film."""
         timeline = self.work.timeline
         return replace(self, time=min(max(time, timeline.start), timeline.end))
 

@@ -89,9 +89,11 @@ def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Loo
             if pins is None and dress.jointed and kind.link:
                 pins = max(2.0, 0.27 * (outline or dress.width))
             outline = outline or kind.broad * dress.width or None
+        elif kind.surface:
+            color = color or dress.fill
         elif COLOR in kind.options:
             color = color or (theme.accent if kind.accented else theme.ink)
-    paint = (fill if kind.anchors is not None else None) or color or kind.main_ink
+    paint = (fill if kind.anchors is not None or kind.surface else None) or color or kind.main_ink
     if edge is None and kind.inside:
         edge = INK if fill is None and color is None else darker(paint)
     width = outline or kind.width
@@ -146,7 +148,7 @@ def _link_width(things: Iterable[Thing]) -> float:
 def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, float]]) -> tuple[AnchorRef, ...]:
     """The fixed anchors at which a theme draws a support, one for each place: those of links that show none yet."""
     grounds = [thing for thing in things if thing.kind is GROUND]
-    shown = {ref for thing in grounds for ref in thing.through}
+    shown = {ref for thing in grounds for ref in thing.through if isinstance(ref, AnchorRef)}
     taken = {place for ref, place in fixed.items() if ref in shown or things[ref.thing].look.fixed}
     taken |= {anchor.local for thing in grounds for anchor in thing.anchors}
     found: list[AnchorRef] = []

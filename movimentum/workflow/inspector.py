@@ -72,7 +72,7 @@ class Contradicting:
 
 @dataclass(frozen=True)
 class Inspector:
-    """A text at one instant, inside its animation. Asking for what cannot be had raises `MovimentumError` with the
+    """A text at one instant, inside its film. Asking for what cannot be had raises `MovimentumError` with the
     reasons.
     """
 

@@ -160,7 +160,11 @@ def test_pages_of_the_documentation_that_the_package_names_exist() -> None:
             assert (ROOT / page).exists(), f"{path}: {page}"
 
 
-@pytest.mark.parametrize("path", [*WRITTEN, ROOT / "README.md"], ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path",
+    [*WRITTEN, *(DOCS / name for name in sorted(MADE)), ROOT / "README.md", ROOT / "CHANGELOG.md"],
+    ids=lambda path: path.name,
+)
 def test_one_word_for_one_thing(path: Path) -> None:
     """A film is what is drawn, a motion is what is solved."""
     assert not re.findall(r"(?i)\banimations?\b", prose(path))

@@ -11,6 +11,7 @@ from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
 from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.analysis.diagnose.runaway import runaway
+from movimentum.analysis.diagnose.tables import table_left
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
@@ -309,6 +310,9 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
     if plan.system.differentiated(block.unknowns[0])[1]:
         numbers.append(reader_of(plan.system, set(block.unknowns)))
     spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
+    left = table_left(segment_motion, block, tau)
+    if left is not None:
+        return replace(left, span=spans[-1] if spans else None)
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
     if isinstance(block, Integral):
         name, note = "the integral in this statement", "a pole of what is integrated, " + note

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbol
 from movimentum.records import dataclass
-from movimentum.scene.model import AnchorCoordinate
+from movimentum.scene.model import AnchorCoordinate, FixedPoint
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.valued import has_value
 from movimentum.text import listed, time_text
@@ -18,7 +18,7 @@ CODE = "name/no-value"
 
 @dataclass(frozen=True, slots=True)
 class Lack:
-    """From ``begin`` to ``end`` (None: from the beginning, to the end of the animation) a variable has no value."""
+    """From ``begin`` to ``end`` (None: from the beginning, to the end of the film) a variable has no value."""
 
     begin: float | None
     end: float | None
@@ -84,6 +84,8 @@ def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
     times = [(segment.start + segment.end) / 2 for segment in timeline.segments]
     for thing in vectors:
         (ref,) = thing.through
+        if isinstance(ref, FixedPoint):
+            continue
         coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
         try:
             rates_at(motion, coordinates, 2, [time for time in times if timeline.start <= time <= timeline.end])
