@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections.abc import Sequence
 from enum import Enum
 from fractions import Fraction
 from typing import Any
@@ -41,18 +42,18 @@ def plain_data(value: Any) -> Any:
             return value
         case Fraction():
             return float(value)
-        case float() | np.floating():
-            return float(value) if math.isfinite(value) else None
-        case np.ndarray():
-            return plain_data(value.tolist())
-        case np.integer():
-            return int(value)
+        case float():
+            return value if math.isfinite(value) else None
+        case np.ndarray() | np.generic():
+            return plain_data(value.tolist())  # pyright: ignore[reportUnknownArgumentType]
         case Fix():
             return value.title
         case dict():
-            return {str(key): plain_data(item) for key, item in value.items()}
-        case list() | tuple() | set() | frozenset():
-            return [plain_data(item) for item in value]
+            items: dict[Any, Any] = value
+            return {str(key): plain_data(item) for key, item in items.items()}
+        case list() | tuple():
+            each: Sequence[Any] = value
+            return [plain_data(item) for item in each]
         case _ if dataclasses.is_dataclass(value) or hasattr(value, "__dataclass_fields__"):
             names = [name for name in value.__dataclass_fields__ if name not in LEFT_OUT]
             return {name: plain_data(getattr(value, name)) for name in names}

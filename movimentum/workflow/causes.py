@@ -222,9 +222,7 @@ def blame(inspector: Inspector, text: str) -> list[Influence]:
     items = {item.number: item for item in scene.constraints()}
     result: list[Influence] = []
     for item in found:
-        rates = (
-            None if item.rates is None else tuple(float(rate) * (abs(rate) > NO_INFLUENCE) + 0.0 for rate in item.rates)
-        )
+        rates = None if item.rates is None else tuple(_without_rounding(rate) for rate in item.rates.tolist())
         if item.constraint is None:
             assert item.thing is not None
             body = scene.things[item.thing]

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -53,7 +53,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
-class LargestValue:
+class ExtremeValue:
     """The largest (or smallest) value, and the first time that has it."""
 
     value: float
@@ -111,7 +111,7 @@ class _Samples:
 
     def _divide(self) -> None:
         """Divide intervals until the cubic through the values and rates at both ends tells the middle."""
-        left = np.arange(len(self.tau) - 1)
+        left: IntArray = np.arange(len(self.tau) - 1, dtype=np.int64)
         for _ in range(FINEST):
             width = self.tau[left + 1] - self.tau[left]
             middle = self.tau[left] + 0.5 * width
@@ -242,9 +242,9 @@ def _joined(found: Sequence[Crossing]) -> list[Crossing]:
     return result
 
 
-def extreme(curve: Curve, *, largest: bool) -> LargestValue | None:
+def extreme(curve: Curve, *, largest: bool) -> ExtremeValue | None:
     """The largest or the smallest value of a curve over the whole motion; None where it never has one."""
-    best: LargestValue | None = None
+    best: ExtremeValue | None = None
     sign = 1.0 if largest else -1.0
     for samples in curve.samples():
         tau = np.unique(np.concatenate([samples.turns(), samples.tau]))
@@ -255,7 +255,7 @@ def extreme(curve: Curve, *, largest: bool) -> LargestValue | None:
         place = int(np.nanargmax(value >= top - VALUE_TOUCHED * samples.size))  # the first that is as large
         near = value[place : place + 3]
         place += int(np.nanargmax(near))
-        found = LargestValue(sign * float(value[place]), samples.start + Fraction(float(tau[place])))
+        found = ExtremeValue(sign * float(value[place]), samples.start + Fraction(float(tau[place])))
         if best is None or sign * (found.value - best.value) > VALUE_TOUCHED * samples.size:
             best = found
     return best
