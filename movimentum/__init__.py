@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from movimentum.settings import Accuracy as Accuracy
     from movimentum.settings import FailurePolicy as FailurePolicy
 
-__version__ = "0.1.0"
+    __version__: str
 
 _HOME = {
     "Accuracy": "movimentum.settings",
@@ -69,6 +69,9 @@ def __getattr__(name: str) -> object:
 
     if name == "stages":
         return import_module("movimentum.stages")
+    if name == "__version__":
+        globals()[name] = import_module("movimentum.version").version()
+        return globals()[name]
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

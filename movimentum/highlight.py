@@ -44,6 +44,7 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     "CLOCK": (Name.Builtin.Pseudo, "variable.language.clock"),
     "FUNCTION": (Name.Function, "support.function"),
     "MOMENT": (Name.Function, "support.function"),
+    **dict.fromkeys(("TABLE", "SMOOTH", "HELD", "PERIODIC", "OVER"), (Name.Function, "support.function")),
     "ROTATE": (Name.Function, "support.function"),
     "WORD": (Name.Attribute, "entity.other.attribute-name"),
     "CLIP": (Name.Attribute, "entity.other.attribute-name"),

@@ -22,7 +22,7 @@ from movimentum.api.arguments import (
 )
 from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
-from movimentum.diagnostics import Diagnostic, limited
+from movimentum.diagnostics import Diagnostic, Diagnostics, limited, told_html
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
@@ -141,9 +141,10 @@ class Script(UnderstoodScript):
         [('constraint/free-motion', 'warning')]
         """
         try:
-            return in_python(limited(solution_of(self, choices_of(self.limits)).diagnostics))
+            found = solution_of(self, choices_of(self.limits)).diagnostics
         except MovimentumError as error:
-            return in_python(limited(error.diagnostics))
+            found = error.diagnostics
+        return Diagnostics(in_python(limited(found)), self.source)
 
     @called
     def solve(
@@ -301,6 +302,17 @@ class Script(UnderstoodScript):
 
     def __reduce__(self) -> tuple[object, ...]:
         return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)
+
+    def _repr_html_(self) -> str:
+        """What moves, as far as it does, and what is wrong."""
+        from movimentum.api.pictures import shown
+
+        choices, said = replace(choices_of(self.limits), on_failure=FailurePolicy.HOLD), self.diagnostics
+        try:
+            solution = accepted(self, choices)
+        except MovimentumError:
+            return told_html(said, self.source)
+        return shown(self.source, solution, choices, said)
 
     def __repr__(self) -> str:
         parts = [counted(len(self.scene.things), "thing"), counted(len(self.scene.steps), "step")]

@@ -215,7 +215,7 @@ class FreeArrow:
 
 @dataclass(frozen=True, slots=True)
 class TraceMark:
-    """The path of a body's local point, from the animation's first frame to the present one.
+    """The path of a body's local point, from the film's first frame to the present one.
 
     With ``tail``, only what was drawn in so much time, and fading. ``whole``: from the first frame on, all that it ever
     draws. ``paint``: of a trace that is a thing of the script.

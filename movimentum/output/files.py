@@ -19,6 +19,7 @@ from movimentum.output import parts
 from movimentum.terminal import typed
 
 # The errors of a write that are not our fault; any other OSError in a stage is a bug and stays one.
+_WINDOWS_MARK = b"\xef\xbb\xbf"
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
@@ -47,6 +48,17 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
             part.replace(target)
         finally:
             parts.discard(str(part))
+
+
+def write_script(path: Path, text: str) -> None:
+    """Write a script, whole or not at all; `UsageError` if that cannot be done. A mark at its beginning stays."""
+    try:
+        with path.open("rb") as stream:
+            marked = stream.read(3) == _WINDOWS_MARK
+    except (OSError, ValueError):
+        marked = False
+    with whole_file(path) as part:
+        part.write_bytes((_WINDOWS_MARK if marked else b"") + text.encode("utf-8"))
 
 
 @contextmanager

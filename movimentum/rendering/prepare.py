@@ -141,7 +141,7 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing, or
     something depends on the whole film.
 
-    ``source`` has all frames of the animation, so that canvas and traces are the same whichever frames are drawn.
+    ``source`` has all frames of the film, so that canvas and traces are the same whichever frames are drawn.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
     `UsageError`: a scale that is not a positive number.
@@ -287,7 +287,14 @@ def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float
                 )
             ]
         )
-    return View(left, bottom, max(1, round(width)), max(1, round(height)), options.scale)
+    across, up = max(1, round(width)), max(1, round(height))
+    if options.canvas is None:
+        return View(left, bottom, across, up, options.scale)
+    whole = max(across, options.canvas[0]), max(up, options.canvas[1])
+    aside, below = (
+        (all_of_it - film) // 2 / options.scale for all_of_it, film in zip(whole, (across, up), strict=True)
+    )
+    return View(left - aside, bottom - below, *whole, options.scale)
 
 
 def _fitted(

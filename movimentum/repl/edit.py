@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import os
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
 from movimentum.errors import MovimentumError, ScriptError
-from movimentum.output.files import whole_file
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain
 from movimentum.repl.session import Session, refused, typed
@@ -257,32 +255,3 @@ def redo(session: Session, argument: str) -> Answer:
     plain(argument, "redo")
     after = session.redone()
     return after, f"now {_summary(after)}"
-
-
-@COMMANDS.add("diff")
-def diff(session: Session, argument: str) -> Answer:
-    """the changes, against the file"""
-    plain(argument, "diff")
-    lines = difflib.unified_diff(
-        session.original.splitlines(),
-        session.text.splitlines(),
-        session.file,
-        f"{session.file} (as it is now)",
-        "",
-        "",
-        1,
-        "",
-    )
-    return session, "\n".join(lines) or "nothing is changed"
-
-
-@COMMANDS.add("write [FILE]")
-def write(session: Session, argument: str) -> Answer:
-    """save the script as it is now"""
-    name = argument.strip() or session.file
-    if name.startswith("<"):
-        raise refused("file", "the script came from standard input: it has no file to write to", "write changed.mov")
-    with whole_file(session.refuse_overwriting(name, script=False)) as part:
-        part.write_text(session.text, encoding="utf-8", newline="")
-    same = os.path.realpath(name) == os.path.realpath(session.file)
-    return (replace(session, original=session.text) if same else session), f"wrote {name}"

@@ -12,7 +12,7 @@ from movimentum.console import is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import replace
-from movimentum.repl import edit, explain, inspect, navigate
+from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time
 from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
 from movimentum.signals import signal_handled
@@ -22,7 +22,15 @@ from movimentum.terminal import visible_lines
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
-COMMANDS = {**navigate.COMMANDS, **inspect.COMMANDS, **explain.COMMANDS, **edit.COMMANDS}
+COMMANDS = {
+    **navigate.COMMANDS,
+    **over_time.COMMANDS,
+    **inspect.COMMANDS,
+    **explain.COMMANDS,
+    **causes.COMMANDS,
+    **edit.COMMANDS,
+    **files.COMMANDS,
+}
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")
@@ -171,10 +179,6 @@ def _typed(session: Session) -> int:
 
     from movimentum.repl.prompt import make_prompt
 
-    current = [replace(session, tell=say)]
-    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
-    message = prompt.message
-
     def reply_to(question: str | None = None) -> str | None:
         """The typed line; None for the end of the input, empty for Ctrl-C."""
         try:
@@ -185,6 +189,12 @@ def _typed(session: Session) -> int:
         except KeyboardInterrupt:
             signal_handled()
             return ""
+        finally:
+            prompt.message = message  # otherwise a question asked in between stays
+
+    current = [replace(session, tell=say, ask=reply_to)]
+    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
+    message = prompt.message
 
     while True:
         line = reply_to()
@@ -194,7 +204,6 @@ def _typed(session: Session) -> int:
             reply = reply_to("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
-            prompt.message = message  # otherwise a question asked in between stays
             continue
         try:
             current[0], _ = step(current[0], line)

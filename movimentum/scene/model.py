@@ -18,6 +18,7 @@ from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.shown import Piece
+from movimentum.scene.tables import Tables
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
 from movimentum.things.kind import Look, Own, ThingKind
@@ -334,6 +335,8 @@ class Scene:
     """Fixed anchors that are drawn with a support although the script does not say so."""
     elements: Elements = field(default_factory=Elements)
     """The elements of drawings that anchors are named after."""
+    tables: Tables = field(default_factory=Tables)
+    """The tables that it reads of files."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.

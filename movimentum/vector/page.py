@@ -56,7 +56,7 @@ from movimentum.vector.letters import lettering
 
 def page_document(film: Film) -> Iterator[str]:
     """The parts of the file; the same each time."""
-    script, style = _shipped("painter.js") + _shipped("player.js"), _shipped("page.css")
+    script, style = shipped("painter.js", "player.js", "page.js"), shipped("page.css", "player.css")
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data:;"
         " base-uri 'none'; form-action 'none'"
@@ -90,8 +90,9 @@ def film_data(film: Film) -> dict[str, Any]:
     return _Data(film).all()
 
 
-def _shipped(name: str) -> str:
-    return files("movimentum.vector").joinpath(name).read_text(encoding="utf-8")
+def shipped(*names: str) -> str:
+    """The text of files that come with this stage, one after the other."""
+    return "".join(files("movimentum.vector").joinpath(name).read_text(encoding="utf-8") for name in names)
 
 
 def _digest(text: str) -> str:

@@ -66,7 +66,7 @@ def svg_document(film: Film) -> Iterator[str]:
     # who wants less motion sees the first frame; readers that do not know of this see the film
     yield "<style>@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}</style>\n"
     yield from (f'<g id="film" {drawn}>\n', *lines, "</g>\n")
-    still = _SvgWriter(film.first_frame(), writer)
+    still = _SvgWriter(film.frame(0), writer)
     yield from (f'<g id="still" display="none" {drawn}>\n', *still.definitions(), *still.marks(), "</g>\n</svg>\n")
 
 
@@ -76,7 +76,7 @@ def _description(film: Film) -> str:
     if film.frames == 1:
         return f"A drawing of {what}."
     times = "again and again" if film.loop == 0 else "once" if film.loop == 1 else f"{film.loop} times"
-    return f"An animation of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
+    return f"A film of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
 
 
 class _SvgWriter:

@@ -23,7 +23,7 @@ print("details:", " ".join(sorted(sys.modules)))
 sys.exit(code)
 """
 
-HEAVY = {"lark", "numpy", "PIL", "sympy", "scipy", "rich", "av", "multiprocessing", "mpmath"}
+HEAVY = {"lark", "numpy", "PIL", "sympy", "scipy", "av", "multiprocessing", "mpmath"}
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ LOOKED_AT = 200
 
 @dataclass(frozen=True, slots=True)
 class Lack:
-    """From ``begin`` to ``end`` (None: from the beginning, to the end of the animation) a variable has no value."""
+    """From ``begin`` to ``end`` (None: from the beginning, to the end of the film) a variable has no value."""
 
     begin: float | None
     end: float | None

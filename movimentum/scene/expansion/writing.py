@@ -9,10 +9,9 @@ from movimentum.records import replace
 from movimentum.scene.constants import constant
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Made
-from movimentum.scene.expansion.includes import folder
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
-from movimentum.source import Span
+from movimentum.source import Span, folder
 from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import (

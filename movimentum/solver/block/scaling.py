@@ -84,12 +84,13 @@ def damped(
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m).
+    """The Jacobian with unknowns in units of ``scale`` (n,) or (F, n) and rows of unit length, and those rows' lengths
+    (F, m).
 
     Counted as one linearization (see `solver.basis.effort`).
     """
     charge()
-    wide = jacobian * scale
+    wide = jacobian * scale[..., None, :]
     lengths = np.sqrt(np.einsum("fmn,fmn->fm", wide, wide))
     lengths = np.where(lengths > 0.0, lengths, 1.0)
     return wide / lengths[..., None], lengths
@@ -99,7 +100,7 @@ def relative_error(residual: FloatArray, jacobian: FloatArray, scale: FloatArray
     """(F,) largest residual, each row in units of its own gradient over unknowns of size ``scale``."""
     if residual.shape[1] == 0:
         return np.zeros(len(residual))
-    wide = np.abs(jacobian) * scale
+    wide = np.abs(jacobian) * scale[..., None, :]
     return np.max(np.abs(residual) / np.maximum(wide.max(axis=2, initial=0.0), LEAST_DIVISOR), axis=1)
 
 

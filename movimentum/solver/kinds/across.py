@@ -13,22 +13,24 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lift:
     """Makes code and formulas read the constants that vary: ``formula`` of one expression, ``code`` of several; the
-    ``plan`` that the blocks are of.
+    ``plan`` that the blocks are of; ``constants``: their numbers in the state.
     """
 
     plan: Plan
+    constants: frozenset[int]
     formula: Callable[[Expr], Expr]
     code: Callable[[Sequence[Expr]], Compiled]
 
@@ -81,6 +83,18 @@ class Across:
     def scale(self, block: Block) -> FloatArray:
         """(V, n) the natural sizes of a block's core."""
         return scale_of(self.plan, block.core, self.size)
+
+
+def problem_at(run: Across, block: Newton, place: int, scale: FloatArray | None = None) -> BlockProblem:
+    """The equations of a lifted block for all variants at the instant ``place``; ``scale`` is that of its core."""
+
+    def there(value: Any) -> FloatArray:
+        return np.ravel(column(value, place))
+
+    inputs = {n: there(value) for n in block.inputs if (value := run.state[n]) is not None}
+    return BlockProblem(
+        block, inputs, [there(clock) for clock in run.instants.clocks], run.scale(block) if scale is None else scale
+    )
 
 
 def column(value: Any, place: int) -> Any:

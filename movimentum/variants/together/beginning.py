@@ -20,7 +20,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, Bearing, ThingAngle, VariableComponent
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import column
+from movimentum.solver.kinds.across import problem_at
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.start.costs import TURN
 from movimentum.solver.start.judgements import Judgements
@@ -135,10 +135,8 @@ class VariantBeginning:
 
     def _ahead(self, block: Newton, core: FloatArray) -> None:
         """The core (V, n), solved for again at the second instant."""
-        later = [column(value, 1) for value in self.state]
-        clocks = [clock[..., 1:] for clock in self.instants.clocks]
         scale = self.run.scale(block)
-        x, converged, _ = newton_across(block, later, clocks, core, scale)
+        x, converged, _ = newton_across(problem_at(self.run, block, 1, scale), core)
         near = converged & (np.max(np.abs(x - core) / scale, axis=1) < FAR_AHEAD)
         x = np.where(near[:, None], x, core)
         for j, n in enumerate(block.core):
@@ -157,21 +155,17 @@ class VariantBeginning:
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
             before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
-            here = [column(value, 0) for value in self.state]
-            x, converged, determinant = newton_across(
-                block, here, [c[..., :1] for c in self.instants.clocks], core, scale
-            )
+            x, converged, determinant = newton_across(problem_at(self.run, block, 0, scale), core)
             stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < tolerances.SAME_ROOT)
             self.unsure |= ~stays | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST)
             return [(x, every)]
         found = all_roots(item, self.state, self.instants.clocks, scale)
         self.unsure |= found.unsure
-        here = [column(value, 0) for value in self.state]
+        problem = problem_at(self.run, block, 0, scale)
         result: list[tuple[FloatArray, BoolArray]] = []
         for k in range(found.exist.shape[1]):
             start = np.where(found.exist[:, k : k + 1], found.x[:, k], found.x[:, 0])
-            clocks = [c[..., :1] for c in self.instants.clocks]
-            x, converged, determinant = newton_across(block, here, clocks, start, scale)
+            x, converged, determinant = newton_across(problem, start)
             exist = found.exist[:, k]
             self.unsure |= exist & (~converged | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST))
             result.append((x, exist))

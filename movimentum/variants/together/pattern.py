@@ -307,7 +307,10 @@ def _segment_pattern(
         return SegmentFormulas(compiled(made, clocks), len(made))
 
     lift = Lift(
-        plan, lambda root: numbered(unfolding.unfolded(root), names, count), lambda some: compiled(some, clocks)
+        plan,
+        frozenset(range(count, count + len(names))),
+        lambda root: numbered(unfolding.unfolded(root), names, count),
+        lambda some: compiled(some, clocks),
     )
 
     def lift_block(block: Block) -> BlockFormulas:

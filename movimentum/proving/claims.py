@@ -1,0 +1,182 @@
+"""What a claim says, as functions of a tower that are zero where it holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from movimentum.expressions import Expr
+from movimentum.proving import balls
+from movimentum.proving.balls import Ball, NoBall
+from movimentum.proving.chain import Chain
+from movimentum.proving.lowering import Form
+from movimentum.proving.points import Drives, TowerPoint
+from movimentum.proving.rings import Polynomial, TooMuch, Work
+from movimentum.proving.tower import NotAlgebraic, Quotient, Root
+from movimentum.proving.zero import Proof, Zero
+from movimentum.records import dataclass
+from movimentum.tolerances import NEARBY_POSITION
+
+CONSTANT_DENOMINATOR = 10**9
+"""The largest denominator of a number that a length's square may be proved to be."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SidesApart:
+    """One component of a claim: ``top`` is zero where its sides are equal; ``whole`` is left minus right, None where
+    only directions are compared.
+    """
+
+    top: Polynomial
+    whole: Quotient | None
+
+
+def is_angle(form: Form) -> bool:
+    """Whether a form is more than a number of degrees."""
+    return any(source is not None for source in form)
+
+
+def differences(chain: Chain, left: Sequence[Expr], right: Sequence[Expr]) -> list[list[SidesApart]]:
+    """For each component the ways to show that the sides are equal; any one of them is enough."""
+    found: list[list[SidesApart]] = []
+    for a, b in zip(left, right, strict=True):
+        ways: list[SidesApart] = []
+        reason: NotAlgebraic | None = None
+        try:
+            whole = chain.tower.sub(chain.lowering.value(a), chain.lowering.value(b))
+            ways.append(SidesApart(whole.top, whole))
+        except NotAlgebraic as error:
+            reason = error
+        turned = _turned(chain, a, b)
+        if turned is not None:
+            ways.append(turned)
+        if not ways:
+            raise reason or NotAlgebraic("it is not algebraic")
+        found.append(ways)
+    return found
+
+
+def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
+    """The sides as angles: cosine minus one of what they differ by."""
+    lowering = chain.lowering
+    try:
+        one, other = lowering.angle(a), lowering.angle(b)
+        if not (is_angle(one) or is_angle(other)):
+            return None
+        form = dict(one)
+        for source, share in other.items():
+            form[source] = form.get(source, Fraction(0)) - share
+        if "atan2d" not in (a.op, b.op):  # continuous: a whole multiple tells as much
+            factor = math.lcm(*(share.denominator for source, share in form.items() if source is not None), 1)
+            form = {source: share * factor for source, share in form.items()}
+        cosine, _ = lowering.vector(form)
+    except NotAlgebraic:
+        return None
+    difference = chain.tower.sub(cosine, chain.tower.number(1))
+    return SidesApart(difference.top, None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """Whether a component was ``proved``, with its ``proof``; if it is ``broken`` at the pose; or ``why`` not."""
+
+    proved: bool
+    proof: Proof
+    broken: bool = False
+    why: str = ""
+
+
+def tried(chain: Chain, ways: Sequence[SidesApart], most: int) -> Tried:
+    """Try to prove one component of a claim."""
+    why = ""
+    broken = False
+    for way in ways:
+        zero = Zero(chain.point, [way.top], Work(most))
+        (p,) = zero.wanted
+        if zero.clearly(p):
+            broken = broken or way.whole is not None or len(ways) == 1
+            continue
+        try:
+            if zero.vanishes(p):
+                return Tried(True, zero.proof)
+            why = "no proof was found, although it holds at the pose to many digits"
+        except TooMuch:
+            why = f"a proof takes more than {most:,} products of terms"
+    return Tried(False, Proof(), broken and not why, why)
+
+
+def rests_on_lengths(chain: Chain, proof: Proof, ways: Sequence[SidesApart], most: int) -> bool:
+    """Whether a proof used which sign a length has, and that could change: see `_definite`."""
+    lengths = {root.place: root for root in chain.tower.roots if root.place in proof.roots and root.witness is None}
+    if not lengths:
+        return False
+    if any(_definite(chain, way.top, set(lengths)) for way in ways):
+        return False
+    return not all(_is_constant(chain, root, most) for root in lengths.values())
+
+
+def _definite(chain: Chain, top: Polynomial, lengths: set[int]) -> bool:
+    """Whether p = c - (a sum of products of lengths with positive coefficients), for a number c > 0, or -p is:
+    then p with another sign of such a product cannot be zero.
+    """
+    ring = chain.tower.ring
+    signs: set[bool] = set()
+    constants: list[bool] = []
+    roots = {root.place for root in chain.tower.roots if root.witness is None}
+    for exponents, coefficient in ring.terms(top):
+        places = {place for place, exponent in enumerate(exponents) if exponent}
+        if not places <= roots:
+            return False
+        (constants.append if not places & lengths else signs.add)(coefficient > 0)
+    return len(constants) == 1 and len(signs) == 1 and constants[0] not in signs
+
+
+def _is_constant(chain: Chain, root: Root, most: int) -> bool:
+    """Whether a length's square is a number, and so never zero."""
+    ring = chain.tower.ring
+    middle = chain.point.at(root.square)
+    number = Fraction(middle[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
+    if not number:
+        return False
+    zero = Zero(chain.point, [root.square - ring.number(number)], Work(most))
+    (p,) = zero.wanted
+    try:
+        return not zero.clearly(p) and zero.vanishes(p)
+    except TooMuch:
+        return False
+
+
+# --- other positions
+
+
+def moved(chain: Chain, number: int) -> TowerPoint | None:
+    """Another position of the mechanism on the same branch; None where there is none."""
+    from random import Random
+
+    chance = Random(7919 * number + 17)
+    spread = (NEARBY_POSITION, 0.02, 0.2, 1.0)[number % 4]
+
+    def elsewhere(value: float) -> float:
+        return value + chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
+
+    here = chain.point.drives
+    drives = Drives(here.time, here.film, here.turns, here.given, elsewhere)
+    point = TowerPoint(chain.tower, drives, dict(chain.point.signs))
+    try:
+        point.extend()
+    except NoBall:
+        return None
+    return point
+
+
+def amount(point: TowerPoint, way: SidesApart) -> Ball | None:
+    """A difference at a point; None where a divisor may be zero."""
+    tower = point.tower
+    try:
+        if way.whole is None:
+            return point.at(way.top)
+        bottom = point.at(way.whole.bottom)
+        return point.at(way.whole.top) if way.whole.bottom == tower.ring.one else balls.over(point.at(way.top), bottom)
+    except NoBall:
+        return None

@@ -1,0 +1,294 @@
+"""Expressions as quotients of polynomials: exact constants, angles as unit vectors, lengths as roots.
+
+A constant is what the script states, by the origin of its folded value; nothing is recognised from digits. Drives are
+dropped: what only time tells is a free parameter, and inside an angle a free unit vector, of which multiples are taken
+by the addition theorems.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Mapping
+from fractions import Fraction
+
+from movimentum.expressions import RADIANS, Expr, symbols
+from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
+from movimentum.records import dataclass, field
+
+HIGHEST = 24
+"""The largest multiple of an angle that is written in that of its unit: 30 and 30.001 have none in common."""
+CLOCK, DEGREE = "clock", "degree"
+
+Form = dict[Hashable, Fraction]
+"""An angle: multiples of sources, and degrees under None. `CLOCK` is the time, `DEGREE` a number of degrees whose
+sine is taken as free."""
+Vector = tuple[Quotient, Quotient]
+
+WORDS = {
+    "min": "`.min`", "max": "`.max`", "floor": "`.floor`", "mod": "`.mod`", "exp": "`.exp`", "ln": "`.ln`",
+    "ease": "`.ease`", "le": "a case distinction", "integral": "an integral", "derivative": "a rate",
+    "reduction": "a value of the whole film", "progress": "a share of a step", "lifetime": "`.iv`",
+    "asind": "an angle", "acosd": "an angle", "atand": "an angle", "atan2d": "an angle",
+}  # fmt: skip
+
+
+@dataclass(slots=True, eq=False)
+class Lowering:
+    """Lowers expressions into a ``tower``. ``known``: unknowns with their quotients; ``forms``: those that are angles;
+    ``vectors``: the directions of angles that the mechanism finds. ``bases``: of which share of a source all multiples
+    are taken. ``requests``: the shares that were asked for.
+    """
+
+    tower: Tower
+    unknown: Callable[[int], Quotient]
+    known: Mapping[int, Quotient]
+    bases: dict[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
+    requests: dict[Hashable, set[Fraction]] = field(default_factory=dict[Hashable, "set[Fraction]"])
+    forms: dict[int, Form] = field(default_factory=dict[int, Form])
+    vectors: dict[Hashable, Callable[[], Vector]] = field(default_factory=dict[Hashable, "Callable[[], Vector]"])
+    shown: dict[Hashable, Vector] = field(default_factory=dict[Hashable, Vector])
+    memo: dict[int, tuple[Expr, Quotient]] = field(default_factory=dict[int, "tuple[Expr, Quotient]"])
+
+    # --- numbers
+
+    def value(self, node: Expr) -> Quotient:
+        """An expression; `NotAlgebraic` where it is none of these."""
+        found = self.memo.get(id(node))
+        if found is None:
+            found = self.memo[id(node)] = node, self._value(node)
+        return found[1]
+
+    def _value(self, node: Expr) -> Quotient:
+        tower, args = self.tower, node.args
+        match node.op:
+            case "const":
+                return self._constant(node)
+            case "symbol":
+                return self._symbol(node)
+            case "clock":
+                return tower.sub(tower.free(CLOCK), tower.number(node.start))
+            case "add":
+                return tower.add(self.value(args[0]), self.value(args[1]))
+            case "neg":
+                return tower.negative(self.value(args[0]))
+            case "mul":
+                return tower.mul(self.value(args[0]), self.value(args[1]))
+            case "div":
+                return tower.div(self.value(args[0]), self.value(args[1]))
+            case "pow":
+                return self._power(node)
+            case "sqrt":
+                return tower.sqrt(self.value(args[0]))
+            case "abs" if symbols(node):
+                found = self.value(args[0])
+                return tower.sqrt(tower.mul(found, found))
+            case "sind" | "cosd":
+                return self.vector(self.angle(args[0]))[node.op == "sind"]
+            case "tand":
+                c, s = self.vector(self.angle(args[0]))
+                return tower.div(s, c)
+            case _:
+                return self._opaque(node)
+
+    def _constant(self, node: Expr) -> Quotient:
+        value = node.value
+        assert value is not None
+        if node.origin is not None:
+            if node.origin.op == "symbol":
+                return self.tower.free(node.origin.payload)
+            return self.value(node.origin)
+        if not math.isfinite(value):
+            raise NotAlgebraic("a constant is infinite")
+        for number, name in ((math.pi, "pi"), (RADIANS, "radians")):
+            if value == number:
+                return self.tower.free((name,))
+        if value == 1.0 / RADIANS:
+            return self.tower.div(self.tower.number(1), self.tower.free(("radians",)))
+        return self.tower.number(Fraction(repr(value)))
+
+    def _symbol(self, node: Expr) -> Quotient:
+        payload = node.payload
+        if not isinstance(payload, int):
+            return self.tower.free(payload)  # a constant that is left open
+        form = None if payload in self.known else self.forms.get(payload)
+        if form is None:
+            return self.unknown(payload)
+        total = self.tower.number(form.get(None, Fraction(0)))
+        for source, share in form.items():
+            if source is not None:
+                total = self.tower.add(total, self.tower.mul(self.tower.number(share), self._turn(source)))
+        return total
+
+    def _turn(self, source: Hashable) -> Quotient:
+        if source == DEGREE:
+            return self.tower.number(1)
+        return self.tower.free(source if source == CLOCK or isinstance(source, Expr) else ("turn", source))
+
+    def _power(self, node: Expr) -> Quotient:
+        exponent = Fraction(node.exponent).limit_denominator(1000)
+        base = self.value(node.args[0])
+        if exponent.denominator == 1:
+            return self.tower.power(base, int(exponent))
+        if exponent.denominator == 2 and float(exponent) == node.exponent:
+            return self.tower.power(self.tower.sqrt(base), int(exponent.numerator))
+        raise NotAlgebraic(f"a power of {node.exponent:g} is not algebraic enough for a proof")
+
+    def _opaque(self, node: Expr) -> Quotient:
+        if node.op == "atan2d" and (degrees := self._eighths(node)) is not None:
+            return self.tower.number(degrees)
+        if not symbols(node) and node.op not in ("integral", "derivative", "reduction"):
+            return self.tower.free(node)  # time alone tells it, or a constant
+        raise NotAlgebraic(f"{WORDS.get(node.op, f'`{node.op}`')} is not algebraic")
+
+    # --- angles
+
+    def angle(self, node: Expr) -> Form:
+        """An expression in degrees as multiples of angles."""
+        args = node.args
+        match node.op:
+            case "const":
+                number = self._rational(node)
+                if number is not None:
+                    return {None: number}
+                if node.origin is None or node.origin.op in ("symbol", "sqrt", "pow"):
+                    return {node: Fraction(1)}
+                return self.angle(node.origin)
+            case "atan2d" if (degrees := self._eighths(node)) is not None:
+                return {None: degrees}
+            case "symbol" if isinstance(node.payload, int):
+                return self.forms.get(node.payload, {node.payload: Fraction(1)})
+            case "clock":
+                return {CLOCK: Fraction(1), None: -node.start}
+            case "add":
+                return _sum(self.angle(args[0]), self.angle(args[1]), Fraction(1))
+            case "neg":
+                return _sum({}, self.angle(args[0]), Fraction(-1))
+            case "mul" | "div":
+                return self._multiple(node)
+            case "atan2d" if symbols(node):
+                self.vectors.setdefault(node, lambda: self._direction(node))
+                return {node: Fraction(1)}
+            case "asind" | "acosd" | "atand" if symbols(node):
+                self.vectors.setdefault(node, lambda: self._inverse(node))
+                return {node: Fraction(1)}
+            case _ if symbols(node):
+                raise NotAlgebraic("the sine or cosine of what is no sum of angles is not algebraic")
+            case _:
+                return {node: Fraction(1)}
+
+    def _rational(self, node: Expr) -> Fraction | None:
+        """The rational number that a constant is; None of any other expression."""
+        if node.op != "const":
+            return None
+        try:
+            found = self.value(node)
+        except NotAlgebraic:
+            return None
+        return self.tower.ring.constant(found.top) if found.bottom == self.tower.ring.one else None
+
+    def _eighths(self, node: Expr) -> Fraction | None:
+        """The degrees of a direction that is a multiple of 45."""
+        y, x = (self._rational(arg) for arg in node.args)
+        if y is None or x is None or (y and x and abs(y) != abs(x)):
+            return None
+        return Fraction(round(math.degrees(math.atan2((y > 0) - (y < 0), (x > 0) - (x < 0)))))
+
+    def _multiple(self, node: Expr) -> Form:
+        first, second = node.args
+        if node.op == "mul" and (number := self._rational(first)) is not None:
+            return _sum({}, self.angle(second), number)
+        number = self._rational(second)
+        if number:
+            return _sum({}, self.angle(first), number if node.op == "mul" else 1 / number)
+        if symbols(node):
+            raise NotAlgebraic("the sine or cosine of what is no sum of angles is not algebraic")
+        return {node: Fraction(1)}
+
+    def vector(self, form: Form) -> Vector:
+        """Cosine and sine of an angle."""
+        tower = self.tower
+        total: Vector = (tower.number(1), tower.number(0))
+        for source, share in form.items():
+            if not share:
+                continue
+            total = self._turned(total, self._exact(share) if source is None else self._share(source, share))
+        return total
+
+    def _exact(self, degrees: Fraction) -> Vector:
+        tower = self.tower
+        degrees %= 360
+        if degrees % 15:
+            return self._share(DEGREE, degrees)
+        quarters, rest = divmod(int(degrees), 90)
+        two, three = (tower.sqrt(tower.number(k)) for k in (2, 3))
+        half = tower.number(Fraction(1, 2))
+        found: Vector = (tower.number(1), tower.number(0))
+        if rest % 30 == 15:
+            found = tower.mul(two, half), tower.mul(two, half)
+            rest -= 45
+        sixth: Vector = (tower.mul(three, half), half if rest > 0 else tower.negative(half))
+        for _ in range(abs(rest) // 30):
+            found = self._turned(found, sixth)
+        for _ in range(quarters):
+            found = tower.negative(found[1]), found[0]
+        return found
+
+    def _share(self, source: Hashable, share: Fraction) -> Vector:
+        amount = abs(share)
+        vector = self.vectors.get(source)
+        if vector is None:
+            self.requests.setdefault(source, set()).add(amount)
+            base = self.bases.get(source, amount)
+            found = self.tower.unit(source, base)
+            times = amount / base
+        else:
+            if source not in self.shown:
+                self.shown[source] = vector()
+            found, times = self.shown[source], amount
+        if times.denominator != 1 or times > HIGHEST:
+            raise NotAlgebraic(f"{share} times an angle that the mechanism finds is not algebraic enough for a proof")
+        total = found
+        for _ in range(int(times) - 1):
+            total = self._turned(total, found)
+        return total if share > 0 else (total[0], self.tower.negative(total[1]))
+
+    def _turned(self, a: Vector, b: Vector) -> Vector:
+        tower = self.tower
+        return (
+            tower.sub(tower.mul(a[0], b[0]), tower.mul(a[1], b[1])),
+            tower.add(tower.mul(a[0], b[1]), tower.mul(a[1], b[0])),
+        )
+
+    def _direction(self, node: Expr) -> Vector:
+        tower = self.tower
+        y, x = (self.value(arg) for arg in node.args)
+        length = tower.sqrt(tower.add(tower.mul(x, x), tower.mul(y, y)))
+        return tower.div(x, length), tower.div(y, length)
+
+    def _inverse(self, node: Expr) -> Vector:
+        tower = self.tower
+        a, one = self.value(node.args[0]), tower.number(1)
+        if node.op == "atand":
+            length = tower.sqrt(tower.add(one, tower.mul(a, a)))
+            return tower.div(one, length), tower.div(a, length)
+        other = tower.sqrt(tower.sub(one, tower.mul(a, a)))
+        return (other, a) if node.op == "asind" else (a, other)
+
+
+def _sum(a: Form, b: Form, factor: Fraction) -> Form:
+    found = dict(a)
+    for source, share in b.items():
+        found[source] = found.get(source, Fraction(0)) + factor * share
+    return {source: share for source, share in found.items() if share}
+
+
+def common_bases(requests: dict[Hashable, set[Fraction]]) -> dict[Hashable, Fraction]:
+    """For each source with several shares the one that all are multiples of, unless these are too high."""
+    found: dict[Hashable, Fraction] = {}
+    for source, shares in requests.items():
+        if len(shares) > 1:
+            denominator = math.lcm(*(share.denominator for share in shares))
+            base = Fraction(math.gcd(*(int(share * denominator) for share in shares)), denominator)
+            if max(shares) / base <= HIGHEST:
+                found[source] = base
+    return found

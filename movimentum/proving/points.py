@@ -1,0 +1,166 @@
+"""Points of a tower: poses of the mechanism, every variable a ball."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from movimentum.expressions import Expr, walk
+from movimentum.proving import balls
+from movimentum.proving.balls import BITS, Ball, NoBall
+from movimentum.proving.lowering import CLOCK, DEGREE
+from movimentum.proving.rings import Polynomial
+from movimentum.proving.tower import FreeParameter, Root, Step, Tower, Unit, Value
+from movimentum.records import dataclass, field
+
+DIGITS = BITS * 3 // 10 + 20
+
+
+@dataclass(slots=True, eq=False)
+class Drives:
+    """What the sources of parameters are worth at ``time`` (None: at other positions than the film's).
+
+    ``film``: floats of the variables that are unknowns of the mechanism, at a pose of the film. ``turns``: angles in
+    degrees, floats. ``given``: constants that are left open. ``moved``: chooses other values for what may be chosen.
+    """
+
+    time: Fraction
+    film: Mapping[int, float]
+    turns: Callable[[Hashable], float | None]
+    given: Mapping[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
+    moved: Callable[[float], float] | None = None
+    values: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
+
+    def value(self, source: Hashable) -> Any:
+        """A source's value, a number of mpmath's."""
+        found = self.values.get(source)
+        if found is None:
+            found = self.values[source] = self._value(source)
+        return found
+
+    def _value(self, source: Hashable) -> Any:
+        number = arithmetic().context.mpf
+        if source == ("pi",):
+            return +arithmetic().context.pi
+        if source == ("radians",):
+            return arithmetic().context.pi / 180
+        if source == DEGREE:
+            return number(1)
+        if source in self.given:
+            value = self.given[source]
+            return number(value.numerator) / value.denominator
+        if isinstance(source, Expr) and not source.timed:
+            return self._evaluated(source)
+        exact: Any
+        if source == CLOCK:
+            exact = number(self.time.numerator) / self.time.denominator
+        elif isinstance(source, Expr):
+            exact = self._evaluated(source)
+        elif isinstance(source, tuple) and source[0] == "chosen":  # pyright: ignore[reportUnknownMemberType]
+            exact = number(self.film[source[1]])  # pyright: ignore
+        else:
+            key = source[1] if isinstance(source, tuple) else source  # pyright: ignore
+            exact = number(self.turns(key) or 0.0)  # pyright: ignore
+        return exact if self.moved is None else number(self.moved(float(exact)))
+
+    def _evaluated(self, node: Expr) -> Any:
+        from movimentum.solver.arithmetic.evaluation import Evaluator
+
+        time = self.time
+
+        def leaf(one: Expr) -> Any:
+            if one.op == "clock":
+                return arithmetic().rationals([time - one.start])
+            if one.payload in self.given:
+                return arithmetic().rationals([self.given[one.payload]])
+            raise NoBall
+
+        (found,) = Evaluator(arithmetic()).values(list(walk(node)), [node], leaf)
+        value = found[0]
+        if not arithmetic().context.isfinite(value):
+            raise NoBall
+        return value
+
+
+def arithmetic() -> Any:
+    """mpmath's numbers with some more digits than a ball has."""
+    if not _ARITHMETIC:
+        from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+
+        _ARITHMETIC.append(DigitsArithmetic(DIGITS))
+    return _ARITHMETIC[0]
+
+
+_ARITHMETIC: list[Any] = []
+
+
+@dataclass(slots=True, eq=False)
+class TowerPoint:
+    """A pose: the variables of ``tower`` by place. ``signs``: of each root, by its place."""
+
+    tower: Tower
+    drives: Drives
+    signs: dict[int, int] = field(default_factory=dict[int, int])
+    values: dict[int, Ball] = field(default_factory=dict[int, Ball])
+    powers: dict[tuple[int, int], Ball] = field(default_factory=dict[tuple[int, int], Ball])
+    done: int = 0
+
+    def value(self, place: int) -> Ball:
+        """A variable's ball."""
+        found = self.values.get(place)
+        if found is None:
+            self.extend()
+            found = self.values.get(place)
+            if found is None:  # not solved yet: as in the film
+                return balls.ball(Fraction(self.drives.film[place]))
+        return found
+
+    def at(self, p: Polynomial) -> Ball:
+        """A polynomial's ball."""
+        return balls.evaluated(self.tower.sparse(p), self.value, self.powers)
+
+    def extend(self) -> None:
+        """Compute the steps that were added since; `NoBall` where the pose cannot be."""
+        while self.done < len(self.tower.steps):
+            step = self.tower.steps[self.done]
+            self.done += 1
+            self._take(step)
+
+    def _take(self, step: Step) -> None:
+        match step:
+            case FreeParameter():
+                self.values[step.place] = balls.around(self.drives.value(step.source))
+            case Unit():
+                angle = self.drives.value(step.source) * step.share.numerator / step.share.denominator
+                context = arithmetic().context
+                turn = angle * context.pi / 180
+                self.values[step.place] = balls.around(context.cos(turn))
+                self.values[step.sine] = balls.around(context.sin(turn))
+            case Value():
+                self.values[step.place] = balls.over(self.at(step.top), self.at(step.bottom))
+            case Root():
+                root = balls.root(self.at(step.square))
+                sign = self._sign(step)
+                self.values[step.place] = root if sign > 0 else (-root[0], root[1])
+
+    def _sign(self, step: Root) -> int:
+        if step.constant:
+            return 1
+        if step.witness is None:
+            assert step.over is not None
+            return 1 if self.at(step.over)[0] > 0 else -1
+        sign = self.signs.get(step.place)
+        if sign is None:
+            film = self.drives.film
+            middle = balls.evaluated(
+                self.tower.sparse(step.witness),
+                lambda place: balls.ball(Fraction(film[place])) if place in film else self.value(place),
+                {},
+            )
+            sign = self.signs[step.place] = 1 if middle[0] > 0 else -1
+        return sign
+
+    def clearly(self, p: Polynomial) -> bool:
+        """Whether a polynomial is proved not to be zero here."""
+        return balls.nonzero(self.at(p))

@@ -1,0 +1,115 @@
+"""`prove`: what is known of each claim, beyond the film."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from movimentum.diagnostics import Severity
+from movimentum.errors import MovimentumError, NoSolutionError, ScriptError
+from movimentum.expressions import Expr, symbol
+from movimentum.records import dataclass, replace
+from movimentum.settings import Advice
+from movimentum.text import rational
+from movimentum.tolerances import BESIDE_CONSTANT, CLAIM_MET
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, examined, moved, understand
+
+if TYPE_CHECKING:
+    from movimentum.proving.prove import Judgement
+    from movimentum.scene.model import Scene
+    from movimentum.solver.motion import PathMotion
+    from movimentum.source import SourceText
+
+LEAST_S = 0.05
+"""The least time that a claim gets."""
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """A constant that is left open, as a symbol of expressions."""
+
+    name: str
+
+
+def proofs(
+    source: SourceText, choices: Choices, seconds: float, *, all_lengths: bool = False, accelerated: bool | None = None
+) -> tuple[Iterator[Judgement], Sequence[str]]:
+    """The claims' verdicts, one after the other within about so many ``seconds`` in all, and the names of the constants
+    that are left open (for ``all_lengths``).
+
+    Raises `ScriptError` or `NoSolutionError` where there is no film to start from.
+    """
+    end = time.monotonic() + seconds
+    scene = understand(source, choices)
+    given: dict[Hashable, Fraction] = {}
+    motion = _motion(scene, choices)
+    if all_lengths and motion.timeline.claims:
+        settings = _open(scene, source, choices)
+        beside = _beside(source, choices, settings)
+        if beside is not None:
+            motion = beside
+            given = {Open(name): Fraction(repr(value.value)) for name, value in settings}
+    names = [each.name for each in given if isinstance(each, Open)]
+    return _judgements(motion, given, end, accelerated), names
+
+
+def _motion(scene: Scene, choices: Choices) -> PathMotion:
+    """The film; an error that is not about a claim is raised."""
+    timeline = arranged(scene, choices)
+    solution = examined(timeline, choices, advice=Advice.PLAIN, path=moved(timeline))
+    faults = [item for item in solution.diagnostics if item.severity is Severity.ERROR and item.code != "claim/broken"]
+    if faults:
+        kind = NoSolutionError if any(item.code.startswith("solve/") for item in faults) else ScriptError
+        raise kind([item for item in solution.diagnostics if item.code != "claim/broken"])
+    return solution.motion.path
+
+
+def _judgements(
+    motion: PathMotion, given: dict[Hashable, Fraction], end: float, accelerated: bool | None
+) -> Iterator[Judgement]:
+    from movimentum.analysis.diagnose.claims import broken_claims
+    from movimentum.analysis.interactive.deadline import within
+    from movimentum.proving.prove import Prover
+
+    broken: dict[int, tuple[float, float]] = {}
+    for found in broken_claims(motion):
+        if found.worst > CLAIM_MET * max(map(abs, (*found.left, *found.right))):  # more than rounding of large numbers
+            broken[found.claim.number] = found.worst_time, found.worst
+
+    def in_time(work: Callable[[], Judgement]) -> Judgement | None:
+        return within(max(end - time.monotonic(), LEAST_S), work)
+
+    yield from Prover(motion, accelerated, given).judgements(broken, in_time)
+
+
+def _open(scene: Scene, source: SourceText, choices: Choices) -> list[tuple[str, Expr]]:
+    """The constants that are plain numbers and may have others, each a little beside its own."""
+    found: list[tuple[str, Expr]] = []
+    set_already = {name for name, _ in choices.settings}
+    for constant in scene.constants:
+        text = scene.source.text[constant.expression.start : constant.expression.end]
+        value = rational(text.strip())
+        if value is None or not value or len(constant.value) != 1 or constant.name in set_already:
+            continue
+        number = float(value) * (1.0 + BESIDE_CONSTANT * (math.sqrt(2.0 + len(found)) % 1.0 + 0.1))
+        open_one = Expr("const", (), number, symbol(Open(constant.name)))
+        try:
+            understand(source, replace(choices, settings=(*choices.settings, (constant.name, open_one))))
+        except MovimentumError:
+            continue  # a number of copies, say
+        found.append((constant.name, open_one))
+    return found
+
+
+def _beside(source: SourceText, choices: Choices, settings: list[tuple[str, Expr]]) -> PathMotion | None:
+    """The film with these constants; those without which there is none are taken out of ``settings``."""
+    while settings:
+        try:
+            return _motion(understand(source, replace(choices, settings=(*choices.settings, *settings))), choices)
+        except MovimentumError:
+            settings.pop()
+    return None
