@@ -305,11 +305,18 @@ def far_frames(dask: str | None, console: Console) -> Generator[FarFrames | None
         yield elsewhere
 
 
-def carried_out(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> Outcome:
-    """The outcome of ``work`` on the script; its diagnostics are shown with the script's lines, and so are errors."""
+def carried_out(
+    console: Console,
+    script: str,
+    work: Callable[[SourceText], Outcome],
+    reading: Callable[[str], SourceText] | None = None,
+) -> Outcome:
+    """The outcome of ``work`` on the script; its diagnostics are shown with the script's lines, and so are errors.
+    ``reading``: how the file is read, if it is no script.
+    """
     from movimentum.workflow.read import read
 
-    source = read(script)
+    source = (reading or read)(script)
     with errors_in(source), console.working("working"):
         outcome = work(source)
     console.show(outcome.diagnostics, source)

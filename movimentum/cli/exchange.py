@@ -83,13 +83,13 @@ def import_(
 
     The content of FILE decides which of these it is.
     """
-    from movimentum.workflow.exchange import Import, imported
+    from movimentum.workflow.exchange import Import, imported, read_foreign
 
     if snap_angle is not None and not snap:
         raise click.UsageError("--snap-angle needs --snap.")
     target = output_or_stdout(file, output, ".mov")
     how = Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
-    outcome = carried_out(console, file, lambda source: imported(source, target, how, strict))
+    outcome = carried_out(console, file, lambda source: imported(source, target, how, strict), read_foreign)
     if target is not None:
         console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
     return outcome.exit_code

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.figures import FIGURES, drawn_points
 from movimentum.drawing.parts import PartForm, Point, hull
 from movimentum.records import dataclass
@@ -83,7 +84,7 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
             size = thing.radius or 0.0
             yield Shape(thing, (), (points[0], size), _holes(thing, radius, size))
         elif thing.kind.word in ("bar", "plate"):
-            corners = _rounded(hull(points), thing.look.width / 2.0)
+            corners = rounded(hull(points), thing.look.width / 2.0)
             yield Shape(thing, corners, None, _holes(thing, radius, math.inf))
         else:
             outlines = [each for each in FIGURES[thing.kind.word](thing, points) if each.form is PartForm.FILL]
@@ -93,6 +94,21 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
 
 CUT = ("bar", "plate", "disc", "polygon", "gear", "rack")
 """Kinds that are shapes of a sheet."""
+
+
+def not_as_drawn(shapes: Iterable[Shape]) -> tuple[Diagnostic, ...]:
+    """Warnings about bars with a bend: the film shows their links one by one, and the shape is what is around all."""
+    return tuple(
+        Diagnostic(
+            "export/left-out",
+            Severity.WARNING,
+            f"`{shape.thing.name}` has a bend, and its shape is filled between its anchors as that of a plate",
+            shape.thing.name_span,
+            helps=("make it of straight bars that are joined, or a `.polygon` with its corners",),
+        )
+        for shape in shapes
+        if shape.thing.kind.word == "bar" and len(hull(drawn_points(shape.thing))) > 2
+    )
 
 
 def _hole_radius(thing: Thing) -> float:
@@ -112,7 +128,7 @@ def _holes(thing: Thing, radius: float, within: float) -> tuple[tuple[Point, flo
     return tuple(found)
 
 
-def _rounded(corners: list[Point], radius: float) -> tuple[tuple[float, float, float], ...]:
+def rounded(corners: list[Point], radius: float) -> tuple[tuple[float, float, float], ...]:
     """Everything within ``radius`` of a convex polygon (or of a line): its sides, moved out, joined by arcs."""
     found: list[tuple[float, float, float]] = []
     count = len(corners)
