@@ -296,6 +296,7 @@ FAMILIES = {
     "mesh": "Gears",
     "vector": "Arrows",
     "graph": "Graphs",
+    "option": "Looks",
     "canvas": "The canvas",
     "render": "Drawing",
     "output": "Files that are written",

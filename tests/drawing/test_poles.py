@@ -202,6 +202,7 @@ def test_a_skeleton_draws_lines_between_joints(tmp_path: Path) -> None:
         ("V : .velocities(R.A.x) at = [0,0]; @0", "a point has a velocity, and this is a number"),
         ("V : .velocities(R.A); @0", "needs at least 1 anchor"),
         ("C : .polode R .moving .moving; @0", "given twice"),
+        ("C : .polode R .movng; @0", "did you mean `.moving`?"),
     ],
 )
 def test_what_has_no_pole_is_told(text: str, told: str) -> None:
