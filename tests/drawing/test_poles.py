@@ -14,7 +14,7 @@ from movimentum.analysis.poles import inflection_circle, place_of, pole_of
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import FigureMark, PolodeMark, SymbolMark
 from movimentum.drawing.options import PictureOptions
-from movimentum.drawing.poles import polode
+from movimentum.drawing.polodes import polode
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing
 from tests.command import ROOT
