@@ -7,6 +7,7 @@ from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
 from movimentum.text import counted, number, time_text
 
 COMMANDS = CommandTable()
@@ -26,16 +27,18 @@ def why_not(session: Session, text: str) -> Answer:
         found = causes.why_not(session, text, PATIENCE_S)
     asked, when = text.strip().removesuffix(";"), time_text(float(session.time))
     if found.possible:
-        return session, f"nothing forbids `{asked}` at t = {when}: with it as a statement there is a pose"
+        return session, Told(f"nothing forbids `{asked}` at t = {when}: with it as a statement there is a pose", found)
     if not found.statements:
-        return session, f"`{asked}` is impossible by itself at t = {when}: no other statement is needed to forbid it"
+        words = f"`{asked}` is impossible by itself at t = {when}: no other statement is needed to forbid it"
+        return session, Told(words, found)
     how = (
         "without any one of them it can hold"
         if found.minimal
         else "time was up before all were tried: some of them may not be needed"
     )
     rows = [f"   line {line}: `{statement}`" for line, statement in found.statements]
-    return session, "\n".join([f"`{asked}` is forbidden at t = {when} by these together ({how}):", *rows])
+    words = "\n".join([f"`{asked}` is forbidden at t = {when} by these together ({how}):", *rows])
+    return session, Told(words, found)
 
 
 @COMMANDS.add("bisect")
@@ -47,18 +50,19 @@ def bisect(session: Session, argument: str) -> Answer:
     _ = session.work.motion  # errors of spelling are told by `check`
     found = causes.bisect(session, PATIENCE_S)
     if found.size == 0:
-        return session, "the film has no error: there is nothing to mend"
+        return session, Told("the film has no error: there is nothing to mend", found)
     short = f"time was up after {counted(found.tried, 'change')} of {found.all}" if found.tried < found.all else ""
     if not found.fixes:
         whole = f"{counted(found.tried, 'change')} of one or two statements were tried, and none mends the film"
-        return session, short + ", and none of them mends the film" if short else whole
+        return session, Told(short + ", and none of them mends the film" if short else whole, found)
     many = "one change of a statement" if found.size == 1 else "changes of two statements"
     rest = short or f"all {found.tried} of that size and smaller were tried"
     suggestions: tuple[str | Fix, ...] = found.fixes[:MOST_FIXES]
     rows = [f"apply {n}: {fix.title}" for n, fix in enumerate(found.fixes[:MOST_FIXES], 1)]
     more = len(found.fixes) - MOST_FIXES
     rows += [f"and {more} more"] if more > 0 else []
-    return replace(session, suggestions=suggestions), "\n".join([f"{many} mends the film ({rest}):", *rows])
+    words = "\n".join([f"{many} mends the film ({rest}):", *rows])
+    return replace(session, suggestions=suggestions), Told(words, found)
 
 
 @COMMANDS.add("blame EXPR")
@@ -72,7 +76,7 @@ def blame(session: Session, argument: str) -> Answer:
     with at_the_prompt(session, text):
         found = causes.blame(session, text)
     if not found:
-        return session, f"no statement and no length changes `{text}` at this moment"
+        return session, Told(f"no statement and no length changes `{text}` at this moment", found)
     head = ["changes by", "for one", "line", "of"]
     rows = [
         [
@@ -84,7 +88,8 @@ def blame(session: Session, argument: str) -> Answer:
         for item in found
     ]
     note = ["(nothing alone: other statements say the same, so it cannot be changed by itself)"]
-    return session, "\n".join([table([head, *rows]), *note * any(item.rates is None for item in found)])
+    words = "\n".join([table([head, *rows]), *note * any(item.rates is None for item in found)])
+    return session, Told(words, found)
 
 
 def _vector(rates: tuple[float, ...]) -> str:
@@ -99,11 +104,12 @@ def trace(session: Session, argument: str) -> Answer:
     from movimentum.workflow import causes
 
     lines: list[str] = []
-    for place, item in enumerate(causes.trace(session), 1):
+    found = causes.trace(session)
+    for place, item in enumerate(found, 1):
         whose = ", ".join(f"`{name}`" for name in item.finds[:6]) + (", …" if len(item.finds) > 6 else "")
         lines.append(f"{place:3}. {whose}: {'; '.join(item.methods)}")
         lines += [f"       line {line}: `{text}`" for line, text in item.statements]
         lines += [f"       {item.choice}"] if item.choice else []
         shown = [f"{name} = {_vector(value)}" for name, value in item.values[:6]]
         lines += [f"       -> {', '.join(shown)}"] if shown else []
-    return session, "\n".join(lines) or "nothing is solved for at this moment"
+    return session, Told("\n".join(lines) or "nothing is solved for at this moment", found)

@@ -7,11 +7,12 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
-from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
+from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain
 from movimentum.repl.session import Session, refused, typed
+from movimentum.repl.told import Told
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
 from movimentum.source import edited
@@ -26,7 +27,7 @@ def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
     suggestions: list[str | Fix] = []
     numbered = [_numbered(item, suggestions) for item in diagnostics]
     text = render_text(numbered, session.work.source).rstrip("\n")
-    return replace(session, suggestions=tuple(suggestions)), text
+    return replace(session, suggestions=tuple(suggestions)), Told(text, to_json(numbered, session.work.source))
 
 
 def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
@@ -60,7 +61,7 @@ def conflicts(session: Session, argument: str) -> Answer:
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
-def _changed(after: Session) -> Answer:
+def changed(after: Session) -> Answer:
     """The session with another text, and the effect of the change."""
     if after.tell is not None and (said := _at_first_sight(after)):
         after.tell(said)
@@ -152,8 +153,8 @@ def _stated(session: Session, text: str) -> Answer:
     new = typed_item(scene, new_scene, step, text)
     own = tuple(item for item in scene.steps[step].statements if (item.key, item.relation) == (new.key, new.relation))
     with _in_its_step(session):
-        changed = stated(scene, step, text, own)
-    return _changed(after if changed == trial else session.edited(changed))
+        final = stated(scene, step, text, own)
+    return changed(after if final == trial else session.edited(final))
 
 
 @contextmanager
@@ -209,7 +210,7 @@ def drop(session: Session, argument: str) -> Answer:
             text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
         else:
             text = without(work.scene, own)
-    return _changed(session.edited(text))
+    return changed(session.edited(text))
 
 
 def _left(session: Session, item: Constraint) -> str:
@@ -232,7 +233,7 @@ def apply(session: Session, argument: str) -> Answer:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
     chosen = session.suggestions[int(text) - 1]
     if isinstance(chosen, Fix):
-        after, said = _changed(session.edited(edited(session.text, chosen.edits)))
+        after, said = changed(session.edited(edited(session.text, chosen.edits)))
         return after, f"{chosen.title}\n{said}"
     answer = session, ""
     for part in filter(None, (piece.strip() for piece in chosen.split(";"))):

@@ -10,21 +10,43 @@ from pathlib import Path
 from movimentum.output.files import write_script
 from movimentum.output.merging import Clash, Merged, merged
 from movimentum.records import replace
-from movimentum.repl.command import Answer, CommandTable, plain
+from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
+from movimentum.source import SourceText
 from movimentum.terminal import typed
-from movimentum.text import counted
+from movimentum.text import counted, number, time_text
+from movimentum.workflow.engine import Engine
 from movimentum.workflow.read import read
 
 COMMANDS = CommandTable()
 MOST_CLASHES = 3
 
 
-@COMMANDS.add("diff")
+@COMMANDS.add("diff [motion]")
 def diff(session: Session, argument: str) -> Answer:
-    """the changes, against the file"""
+    """the changes, against the file; `diff motion`: which anchors they move, by how much, and when first"""
+    if argument.strip() == "motion":
+        return session, _moved_anchors(session)
     plain(argument, "diff")
     return session, _difference(session.original, session.text, session.file) or "nothing is changed"
+
+
+def _moved_anchors(session: Session) -> str:
+    """The anchors that are elsewhere than in the film of the file, the farthest first."""
+    from movimentum.workflow.motion_difference import motion_difference
+
+    if session.text == session.original:
+        return "nothing is changed"
+    before = Engine(session.work.engine.choices).revise(SourceText(session.work.source.path, session.original))
+    found = motion_difference(before, session.work)
+    rows = [["anchor", "by at most", "at t", "first at t"]]
+    for item in found.moved:
+        times = (time_text(float(time)) for time in (item.worst, item.first))
+        rows.append([item.anchor, number(item.amount), *times])
+    lines = [table(rows)] if found.moved else ["no anchor moves differently"]
+    lines += [f"only in the film {where}: {', '.join(names)}" for where, names in found.only if names]
+    return Told("\n".join(lines), found)
 
 
 def _difference(before: str, after: str, name: str) -> str:

@@ -17,6 +17,7 @@ from movimentum.query import reader
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
@@ -30,13 +31,17 @@ COLUMNS, ROWS = 64, 12
 def shown_values(session: Session, texts: Sequence[str]) -> str:
     """``EXPR = value``, one on each line; if there is no value, the reason."""
     poses = session.poses()
-    lines = [_shown(session, text, query(session, text).values(poses)[0].tolist()) for text in texts]
-    return _with_caveat(session, "\n".join(lines))
+    found = {text: query(session, text).values(poses)[0].tolist() for text in texts}
+    lines = [_shown(session, text, components) for text, components in found.items()]
+    return _with_caveat(session, Told("\n".join(lines), found))
 
 
 def _with_caveat(session: Session, text: str) -> str:
     caveat = session.caveat
-    return f"{caveat}\n{text}" if caveat and text else text
+    if not caveat or not text:
+        return text
+    said = f"{caveat}\n{text}"
+    return Told(said, {"caveat": caveat, "shown": text.data}) if isinstance(text, Told) else said
 
 
 def _shown(session: Session, text: str, components: Sequence[float]) -> str:

@@ -9,6 +9,7 @@ from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
 from movimentum.text import counted, rational, time_text
 
 COMMANDS = CommandTable()
@@ -26,7 +27,7 @@ def where(session: Session) -> str:
     if not standing.solved:
         shown = "things are shown as drawn" if standing.last is None else "the last good pose is shown"
         lines.append(f"there is no solution here; {shown} (`conflicts` says why)")
-    if session.watches:
+    if session.watches and session.ask is None:  # a terminal has them above its prompt
         lines.append(shown_values(session, session.watches))
     return "\n".join(lines)
 
@@ -34,7 +35,8 @@ def where(session: Session) -> str:
 def moved(session: Session, time: Fraction) -> Answer:
     """The session at another time, and where that is."""
     session = session.at(time)
-    return session, where(session)
+    place = {"time": session.time, "frame": session.frame, "step": session.step, "solved": session.standing.solved}
+    return session, Told(where(session), place)
 
 
 @COMMANDS.add("at T")

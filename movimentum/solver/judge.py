@@ -93,7 +93,8 @@ class Judge:
     def _forgive_touching(self, beyond: FloatArray, state: State, instants: Instants) -> None:
         """Take away the amounts ``beyond`` (inequalities, F) that rounding makes where two solutions meet."""
         count = len(instants)
-        for i, place in np.argwhere((beyond > FRAME_SOLVED) & (beyond <= INEQUALITY_BLURRED)):
+        touching = np.argwhere((beyond > FRAME_SOLVED) & (beyond <= INEQUALITY_BLURRED))
+        for i, place in [(int(i), int(place)) for i, place in touching]:
             one = [None if value is None else np.broadcast_to(value, count)[place : place + 1] for value in state]
             clocks = [clock[place : place + 1] for clock in instants.clocks]
             if solutions_meet(self.plan, symbol_numbers(self.plan.system.selectors[i].value), one, clocks):

@@ -57,7 +57,7 @@ def why_not(inspector: Inspector, condition: str, seconds: float) -> Forbidding:
     timeline = rebuilding(inspector.work.source, inspector.work.engine.choices)((inspector.step, statement))
     segment = timeline.segments[timeline.segment_at(inspector.time)]
     asked = max(item.number for item in segment.active)
-    trials = _Moment(inspector, timeline, segment.number)
+    trials = _MomentTrials(inspector, timeline, segment.number)
     others = [item for item in segment.active if item.number != asked]
     claim = [item for item in segment.active if item.number == asked]
     if trials.possible([*others, *claim]):
@@ -69,7 +69,7 @@ def why_not(inspector: Inspector, condition: str, seconds: float) -> Forbidding:
 
 
 def _smallest(
-    trials: _Moment, others: Sequence[Constraint], claim: Sequence[Constraint], until: float
+    trials: _MomentTrials, others: Sequence[Constraint], claim: Sequence[Constraint], until: float
 ) -> tuple[list[Constraint], bool]:
     """A smallest part of ``others`` that cannot hold together with ``claim``: what can be left out is, half by half and
     then one by one (deletion filter), until time is up.
@@ -96,7 +96,7 @@ def _smallest(
     return kept, True
 
 
-class _Moment:
+class _MomentTrials:
     """Tries sets of constraints at one moment of a timeline."""
 
     def __init__(self, inspector: Inspector, timeline: Timeline, segment: int) -> None:
@@ -222,9 +222,7 @@ def blame(inspector: Inspector, text: str) -> list[Influence]:
     items = {item.number: item for item in scene.constraints()}
     result: list[Influence] = []
     for item in found:
-        rates = (
-            None if item.rates is None else tuple(float(rate) * (abs(rate) > NO_INFLUENCE) + 0.0 for rate in item.rates)
-        )
+        rates = None if item.rates is None else tuple(_without_rounding(rate) for rate in item.rates.tolist())
         if item.constraint is None:
             assert item.thing is not None
             body = scene.things[item.thing]

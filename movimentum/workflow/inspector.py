@@ -51,7 +51,7 @@ class Causes:
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class PoseKnown:
     """Whether the poses at an instant are ``solved``. If not, they are those of the last instant with a solution,
     ``last`` (None: things are as drawn), and ``reason`` says why in a line.
     """
@@ -115,13 +115,13 @@ class Inspector:
         return self.work.motion.poses_at([self.time])
 
     @property
-    def standing(self) -> Standing:
+    def standing(self) -> PoseKnown:
         """What the poses at the instant are."""
         from movimentum.solver.segment_motion import Unsolved
 
         part, _ = self.part
         if not isinstance(part, Unsolved) and bool(self.poses().solved[0]):
-            return Standing(solved=True)
+            return PoseKnown(solved=True)
         errors = (item.message for item in self.work.diagnostics if item.severity is Severity.ERROR)
         last: Fraction | None = None
         for segment_motion in self.work.motion.segments:
@@ -129,7 +129,7 @@ class Inspector:
             for piece in segment_motion.pieces:
                 if start + Fraction(piece.begin) <= self.time and not isinstance(piece, Unsolved):
                     last = min(start + Fraction(piece.end), segment_motion.segment.end)
-        return Standing(solved=False, last=last, reason=next(errors, ""))
+        return PoseKnown(solved=False, last=last, reason=next(errors, ""))
 
     def contradicting(self) -> Contradicting | None:
         """What contradicts at the instant, as the message about it has it; None where no set is known."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.interactive.crossings import Crossing, Curve, Extreme, Way, crossings, extreme
+from movimentum.analysis.interactive.crossings import Crossing, Curve, ExtremeValue, Way, crossings, extreme
 from movimentum.arrays import FloatArray
 from movimentum.errors import script_error
 from movimentum.query import Query, parsed_statement
@@ -64,7 +64,7 @@ def when(inspector: Inspector, condition: str) -> Times:
     return Times(holding=tuple(_holding(curves[0], above=statement.comparison in _ABOVE)))
 
 
-def extremes(inspector: Inspector, expression: str, *, largest: bool) -> list[Extreme | None]:
+def extremes(inspector: Inspector, expression: str, *, largest: bool) -> list[ExtremeValue | None]:
     """The largest or the smallest value of each component of an expression."""
     return [extreme(curve, largest=largest) for curve in _curves(inspector, inspector.query(expression), turns=False)]
 

@@ -83,6 +83,16 @@ def test_blame_names_nothing_that_has_no_influence():
     assert blame(asked(lamp), "3") == []
 
 
+def test_what_an_integral_has_come_to_is_known_at_a_moment():
+    text = """.config(20, 400, 300);
+M : .disc(5) C=[0,0];
+@0 M.C = [200 + x, 100];  x = 50 + .i(3*.t);
+@2
+"""
+    (found,) = blame(asked(text), "x")
+    assert (found.text, found.rates) == ("x = 50 + .i(3*.t)", pytest.approx((1.0,)))
+
+
 @pytest.mark.parametrize(
     ("condition", "lines"),
     [

@@ -120,3 +120,30 @@ def test_merging_is_symmetric_and_keeps_each_change():
     assert [(clash.line, clash.mine, clash.theirs) for clash in both.clashes] == [(2, ("X\n",), ("Y\n",))]
     assert merged("a\nb\n", "a\nX\n", "a\nX\n").clashes == ()
     assert merged("a", "a", "b").text == "b"
+
+
+def test_everything_of_a_script_can_be_typed(tmp_path):
+    path = tmp_path / "crank.mov"
+    path.write_text(".let r = 20;\n" + CRANK.replace("[20,0]", "[r,0]"))
+    session = opened(str(path), Choices())
+    said = refusal(session, "r = 25")
+    assert (said.code, said.helps) == ("repl/constant", ("set r 25",))
+    session, _ = answer(session, said.helps[0])
+    assert session.text.startswith(".let r = 25;\n")
+    moved = answer(session, "diff motion")[1]
+    assert [row.split()[0] for row in moved.splitlines()][1:] == ["Crank.P", "Rod.A", "Rod.B"]
+    assert moved.splitlines()[1].split()[1] == "5"
+    for line in (".let q = 3", "Lamp : .disc(3) C=[9,9]", "@1/2 Crank.angle = 45", "// a remark", ".claim x > 3"):
+        before = session
+        session, said = answer(session, line)
+        assert line in session.text
+        assert "error" not in said
+        assert answer(session, "undo")[0].text == before.text
+    lines = session.text.splitlines()
+    assert lines.index("@1/2 Crank.angle = 45;") == lines.index("@1") - 1
+    number = lines.index("// a remark") + 1
+    session, _ = answer(session, f"edit {number} // another")
+    assert answer(session, f"list {number}")[1].split("|")[1].strip() == "// another"
+    wrong = ["set", "set zz 3", "edit 99 x", "edit x", "list 99", "list x", ".let", "@", ".claim 3", "edit 3"]
+    for line in wrong:
+        refusal(session, line)

@@ -490,7 +490,7 @@ def test_the_command_line(tmp_path):
     done = movimentum("repl", path, "-c", "at 1; show .t; quit; foo")
     assert (done.returncode, done.stdout.splitlines()[-1], done.stderr) == (0, ".t = 1", "")
     done = movimentum("repl", path, "-c", "at 1\nshow .t", "-c", "show .t")
-    assert (done.returncode, done.stdout.splitlines()[1:]) == (0, [".t = 1", ".t = 1"])
+    assert (done.returncode, done.stdout.splitlines()[2:]) == (0, ["> show .t", ".t = 1", "> show .t", ".t = 1"])
     done = movimentum("repl", path, stdin="at 1\nfoo\nshow .t\n")
     assert done.returncode == 1
     assert done.stdout.splitlines()[-1] == ".t = 1"

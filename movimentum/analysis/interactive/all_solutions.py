@@ -71,6 +71,7 @@ def alternatives(segment_motion: SegmentMotion, piece: Piece | None, tau: float)
     plan = segment_motion.plan
     bare = _without_inequalities(plan)
     start = segment_motion.segment.start
+    now: State = []
     with np.errstate(all="ignore"):
         totals = totals_of(plan, segment_motion.base)
         if piece is not None:

@@ -14,11 +14,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.tolerances import CUBIC_FITS, VALUE_TOUCHED
+from movimentum.tolerances import CUBIC_FITS, JUMP_ACROSS, VALUE_TOUCHED
 
 Read = Callable[[Sequence[Fraction]], FloatArray]
 """Times (ascending) -> (F,)."""
@@ -53,8 +53,8 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
-class Extreme:
-    """The largest or smallest value, and the first time that has it."""
+class ExtremeValue:
+    """The largest (or smallest) value, and the first time that has it."""
 
     value: float
     time: Fraction
@@ -111,7 +111,7 @@ class _Samples:
 
     def _divide(self) -> None:
         """Divide intervals until the cubic through the values and rates at both ends tells the middle."""
-        left = np.arange(len(self.tau) - 1)
+        left: IntArray = np.arange(len(self.tau) - 1, dtype=np.int64)
         for _ in range(FINEST):
             width = self.tau[left + 1] - self.tau[left]
             middle = self.tau[left] + 0.5 * width
@@ -190,7 +190,7 @@ def _in_piece(samples: _Samples, near: float) -> list[Crossing]:
     if len(roots):
         off = np.abs(samples.at(roots))
         for root, place, left in zip(roots, np.nonzero(crossed)[0], off, strict=True):
-            jumps = not left <= max(near, 1e-3 * abs(value[place + 1] - value[place]))
+            jumps = not left <= max(near, JUMP_ACROSS * abs(value[place + 1] - value[place]))
             if jumps and samples.curve.turns:
                 continue  # an angle goes on at -180
             way = Way.JUMPS if jumps else Way.RISING if value[place] < 0.0 else Way.FALLING
@@ -242,9 +242,9 @@ def _joined(found: Sequence[Crossing]) -> list[Crossing]:
     return result
 
 
-def extreme(curve: Curve, *, largest: bool) -> Extreme | None:
+def extreme(curve: Curve, *, largest: bool) -> ExtremeValue | None:
     """The largest or the smallest value of a curve over the whole motion; None where it never has one."""
-    best: Extreme | None = None
+    best: ExtremeValue | None = None
     sign = 1.0 if largest else -1.0
     for samples in curve.samples():
         tau = np.unique(np.concatenate([samples.turns(), samples.tau]))
@@ -255,7 +255,7 @@ def extreme(curve: Curve, *, largest: bool) -> Extreme | None:
         place = int(np.nanargmax(value >= top - VALUE_TOUCHED * samples.size))  # the first that is as large
         near = value[place : place + 3]
         place += int(np.nanargmax(near))
-        found = Extreme(sign * float(value[place]), samples.start + Fraction(float(tau[place])))
+        found = ExtremeValue(sign * float(value[place]), samples.start + Fraction(float(tau[place])))
         if best is None or sign * (found.value - best.value) > VALUE_TOUCHED * samples.size:
             best = found
     return best

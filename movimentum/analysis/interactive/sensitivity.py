@@ -2,7 +2,7 @@
 
 All equations F(u) = 0 hold in a pose u. If the right side of a statement is larger by a little e, the pose moves by du
 with F'(u) du = e; so a value g(u) changes by g'(u) du. Where F' has no full rank, the least du is taken; a statement
-that the others imply cannot be changed alone.
+that the others imply cannot be changed alone. Integrals and rates count as known, because at one moment they are.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.system import lowered_expressions
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, Rate
+from movimentum.planning.lowering.unknowns import Accumulated, PoseCos, PoseSin, Rate
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.tolerances import NO_INFLUENCE, RANK_FOR_FREEDOM
+from movimentum.tolerances import LEAST_DIVISOR, NO_INFLUENCE, RANK_FOR_FREEDOM
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +49,7 @@ def sensitivities(
     system = segment_motion.plan.system
     values = lowered_expressions(system, expressions)
     equations = [e for e in system.equations if e.form in (Form.PLAIN, Form.WINDING) and not _of_rates(system, e)]
-    unknowns = [u.number for u in system.unknowns]
+    unknowns = [u.number for u in system.unknowns if not isinstance(u.payload, Accumulated | Rate)]
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(piece.instants(np.array([tau])))
         known = [0.0 if value is None else first_of(value) for value in state]
@@ -57,7 +57,7 @@ def sensitivities(
         jacobian, gradient = (_slopes(segment_motion, some, unknowns, known, tau) for some in (rows, values))
     scale = scale_of(segment_motion.plan, unknowns)
     jacobian, gradient = jacobian * scale, gradient * scale
-    lengths = np.maximum(np.linalg.norm(jacobian, axis=1), 1e-300)
+    lengths = np.maximum(np.linalg.norm(jacobian, axis=1), LEAST_DIVISOR)
     left, singular, right = np.linalg.svd(jacobian / lengths[:, None], full_matrices=False)
     kept = singular > RANK_FOR_FREEDOM * singular.max(initial=0.0)
     left, singular, right = left[:, kept], singular[kept], right[kept]
