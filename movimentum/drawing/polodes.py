@@ -51,7 +51,7 @@ def _path(mark: PolodeMark, scene: Scene, source: Iterable[Poses], motion: PathM
         return np.concatenate([local, (near & poses.visible[mark.paint.thing])[:, None].astype(np.float64)], axis=1)
 
     if motion is None or motion.timeline.frame_count < 2:
-        found = []
+        found: list[FloatArray] = []
         for chunk in chunks:
             none = np.full(len(chunk.frames), np.nan)
             x, y, w = (chunk.properties.get((mark.paint.thing, name), none) for name in POLE)
