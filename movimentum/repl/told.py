@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -49,11 +49,10 @@ def plain_data(value: Any) -> Any:
         case Fix():
             return value.title
         case dict():
-            items: dict[Any, Any] = value
+            items = cast("dict[Any, Any]", value)
             return {str(key): plain_data(item) for key, item in items.items()}
         case list() | tuple():
-            each: Sequence[Any] = value
-            return [plain_data(item) for item in each]
+            return [plain_data(item) for item in cast("Sequence[Any]", value)]
         case _ if dataclasses.is_dataclass(value) or hasattr(value, "__dataclass_fields__"):
             names = [name for name in value.__dataclass_fields__ if name not in LEFT_OUT]
             return {name: plain_data(getattr(value, name)) for name in names}
