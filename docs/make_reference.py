@@ -163,6 +163,7 @@ All public names, from their docstrings. [From Python](../how-to/python.md) intr
 ORDER = {
     "Read": ("load", "loads", "Script", "Limits"),
     "Motions": ("Motion", "Moments", "Accuracy", "FailurePolicy", "Written"),
+    "In a notebook": ("studio",),
     "Many variants, and fits": ("Sweep", "Fit"),
     "Messages and errors": (
         "Diagnostic", "Severity", "MovimentumError", "ScriptError", "NoSolutionError", "UnknownNameError", "UsageError",
@@ -295,6 +296,7 @@ FAMILIES = {
     "fit": "Goals and requirements",
     "mesh": "Gears",
     "vector": "Arrows",
+    "graph": "Graphs",
     "canvas": "The canvas",
     "render": "Drawing",
     "output": "Files that are written",

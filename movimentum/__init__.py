@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from movimentum.errors import UsageError as UsageError
     from movimentum.settings import Accuracy as Accuracy
     from movimentum.settings import FailurePolicy as FailurePolicy
+    from movimentum.studio.live import studio as studio
 
     __version__: str
 
@@ -61,14 +62,14 @@ _HOME = {
     "loads": "movimentum.api.script",
 }
 
-__all__ = ["__version__", "stages", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["__version__", "stages", "studio", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> object:
     from importlib import import_module
 
-    if name == "stages":
-        return import_module("movimentum.stages")
+    if name in ("stages", "studio"):  # packages; the studio can be called
+        return import_module(f"movimentum.{name}")
     if name == "__version__":
         globals()[name] = import_module("movimentum.version").version()
         return globals()[name]

@@ -264,7 +264,10 @@ def is_terminal(stream: _HasIsatty | None) -> bool:
 
 def wants_color(stream: _HasIsatty | None) -> bool:
     """Whether to colour what is written to ``stream``: a terminal, and no ``NO_COLOR`` (any value but an empty one)."""
-    return is_terminal(stream) and not os.environ.get("NO_COLOR")
+    wanted = is_terminal(stream) and not os.environ.get("NO_COLOR")
+    if wanted and os.name == "nt":
+        os.system("")  # older consoles of Windows obey escape sequences from then on
+    return wanted
 
 
 def guarded(work: Callable[[], int], console: Console) -> int:

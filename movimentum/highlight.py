@@ -6,7 +6,7 @@ coloured as far as possible. After editing the grammar, this command::
 
     python -m movimentum.highlight
 
-writes ``grammar/movimentum.tmLanguage.json`` again.
+writes ``grammar/movimentum.tmLanguage.json`` again, and its copy in ``editors/vscode``.
 """
 
 from __future__ import annotations
@@ -113,5 +113,6 @@ def textmate() -> str:
 
 
 if __name__ == "__main__":
-    target = Path(__file__).resolve().parent.parent / "grammar" / "movimentum.tmLanguage.json"
-    target.write_text(textmate(), encoding="utf-8", newline="\n")
+    for folder in ("grammar", "editors/vscode/syntaxes"):
+        target = Path(__file__).resolve().parent.parent / folder / "movimentum.tmLanguage.json"
+        target.write_text(textmate(), encoding="utf-8", newline="\n")

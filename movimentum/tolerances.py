@@ -303,6 +303,10 @@ LEAST_POSE_DENSE = 1e-13
 """Of the size of unknowns: a step toward the least pose that ends it, where steps come from a singular value
 decomposition.
 """
+LEAST_POSE_SETTLED = 1e-10
+"""Of the size of unknowns: where a last step is longer, a variant's pose is looked for by itself."""
+FREE_STARTS_CLOSE = 2e-9
+"""Of the squares, rounded to nine digits, of what is off in two poses: no difference."""
 LEAST_POSE_SPARSE = 1e-12
 """Of the size of unknowns: the same for sparse saddle point systems, whose rounding is larger."""
 REGULAR = 1e-14
@@ -590,6 +594,8 @@ LEAST_PLOTTED = 1e-17
 """Pixels: an error of 0 is plotted here, on a logarithmic axis."""
 SAME_BOTH_WAYS = 1e-9
 """Of a measure's size, and of time: what a variant may differ by that is solved together with others and alone."""
+SAME_BOTH_WAYS_FREE = 1e-8
+"""The same where something moves freely: its path is integrated in steps that are off by `FREE_MOTION_STEP` each."""
 CLAIM_WITHIN = 1e-9
 """Of the scene's size: the tolerance of a claim without ``.within``."""
 JUMPED = 1e-7
@@ -755,9 +761,22 @@ SHORTEST_DECIMAL = 1e-4
 THREAD_SWITCH_S = 0.001
 """Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""
 
+
 BESIDE_CONSTANT = 1e-4
 """By about which share constants are changed that a proof leaves open: enough for no two of them to be in a simple
 ratio, little enough for the mechanism to be put together as before."""
 
 NEARBY_POSITION = 1e-3
 """The smallest share by which drives are changed where other positions of a mechanism are looked at."""
+
+SAME_TICK = 1e-6
+"""Of the range of a graph (or of a quarter turn): a tick this close to its end is at its end."""
+
+ONE_VALUE = 1e-9
+"""Of its size: a value of a graph that changes less is one value; a tick that is off its step less is on it."""
+
+SHORTEST_TICK = 1e-4
+"""Numbers at the ticks of a graph that are smaller have an exponent."""
+
+POLE_AT_INFINITY = 1e-12
+"""Of the velocity that two bodies have relative to each other: if they turn less, their pole is at infinity."""

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from movimentum.api.results import Fit, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
+    from movimentum.studio.widget import StudioWidget
 
 
 @called
@@ -291,6 +292,27 @@ class Script(UnderstoodScript):
         settings = tuple({**dict(self.scene.settings), **own}.items())
         with errors_in(self.source):
             return _understood(self.source, settings, self.limits, ScriptFiles())
+
+    @called
+    def with_text(self, text: str, /) -> Script:
+        """The script that another text is, in the same place and with the same constants set."""
+        source = SourceText(self.source.path, text)
+        with errors_in(source):
+            return _understood(source, tuple(self.scene.settings), self.limits, ScriptFiles())
+
+    @called
+    def studio(self) -> StudioWidget:
+        """The studio with this script as a live widget of a notebook: `StudioWidget.text` is what it says by now, and
+        `StudioWidget.script` the script of it. Its Save button writes to the script's file.
+
+        `UsageError` (``usage/extra``) without the extra ``notebook``.
+        """
+        from movimentum.studio.live import refuse_missing
+
+        refuse_missing()
+        from movimentum.studio.widget import StudioWidget
+
+        return StudioWidget(self, self._choices)
 
     @property
     def _choices(self) -> Choices:

@@ -34,6 +34,7 @@ MODULES = {
     "fmt": "fmt:fmt",
     "golden": "golden:golden",
     "import": "exchange:import_",
+    "lsp": "lsp:lsp",
     "new": "new:new",
     "prove": "prove:prove",
     "repl": "repl:repl",

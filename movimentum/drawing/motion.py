@@ -88,6 +88,10 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
         case PolylineMark():
             reach = arrow_head(mark.width)[1] if mark.arrow else mark.width / 2.0
             return boxes(_world(poses, mark.body, mark.points), poses.visible[mark.body], reach)
+        case FigureMark() if mark.loose or not mark.parts:
+            return np.full((len(poses.frames), 4), np.nan)
+        case SymbolMark() if mark.kind.loose:
+            return np.full((len(poses.frames), 4), np.nan)
         case FigureMark():
             found = [
                 boxes(_world(poses, mark.body, hull(part.points)), poses.visible[mark.body], _reach(part))

@@ -14,10 +14,12 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.areas import area
 from movimentum.drawing.figures import support
+from movimentum.drawing.graphs import dot
 from movimentum.drawing.labels import broad, label_place, leader
 from movimentum.drawing.laid import columns, frame, laid, line, own_of, placed, stroke
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
+from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
 from movimentum.drawing.signs import parallel, right_angle, ticks
 from movimentum.drawing.texts import written
 from movimentum.records import dataclass, replace
@@ -221,6 +223,10 @@ SYMBOLS: dict[str, Callable[[SymbolMark, FloatArray, BoolArray, Poses], Iterator
     "arc": _arc,
     "vector": _arrow,
     "label": leader,
+    "graph": dot,
+    "velocities": velocity,
+    "centre": centre,
+    "inflection": inflection,
     "area": area,
     "right": right_angle,
     "ticks": ticks,
@@ -258,10 +264,31 @@ def _beside(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None
     return written(mark.text, mark.paint.thing, poses), points[:, 0] + arrow, arrow / length[:, None]
 
 
+def _at_pole(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None:
+    if mark.text is None:
+        return None
+    where, direction, outside = pole_place(mark, poses)
+    aside = np.tile([math.sqrt(0.5), math.sqrt(0.5)], (len(where), 1))
+    away = np.where(outside[:, None], -direction, aside)
+    start = where + away * np.where(outside, 24.0, 3.0)[:, None]
+    return written(mark.text, mark.paint.thing, poses), start, away
+
+
+def _at_tip(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None:
+    if mark.text is None:
+        return None
+    tip, _ = velocity_tip(mark, points, poses)
+    arrow = tip - points[:, 0]
+    length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), LEAST_ARROW)
+    return written(mark.text, mark.paint.thing, poses), tip, arrow / length[:, None]
+
+
 CAPTIONS: dict[str, Callable[[SymbolMark, FloatArray, Poses], Placed | None]] = {
     "dimension": _distance,
     "arc": _angle,
     "vector": _beside,
+    "centre": _at_pole,
+    "velocities": _at_tip,
 }
 """The word of a kind -> what is written at it."""
 

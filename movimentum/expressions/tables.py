@@ -341,7 +341,7 @@ def _joined(*parts: Any) -> Any:
 
 def piece_at(pieces: Pieces, u: Any, side: int) -> Any:
     """Which piece of floats each of ``u`` is in; at a break the one on the right, or on the left if ``side`` is -1."""
-    breaks: FloatArray = pieces.breaks
+    breaks: Any = pieces.breaks
     return breaks.searchsorted(u, "right" if side > 0 else "left")
 
 

@@ -256,8 +256,8 @@ class TogetherEvaluator:
         pattern, formulas = self.batch.pattern, self.formulas
         if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
             raise NotTogether("what the goals are about")
-        if any(segment.integrates for segment in pattern.segments):
-            raise NotTogether("integrals")
+        if any(segment.integrates or segment.drifting for segment in pattern.segments):
+            raise NotTogether("integrals, or free motions")
         names, unfolding, payloads = pattern.names, pattern.unfolding, formulas.payloads
         self.anchors = AnchorSlopes(pattern.scene, names, unfolding, payloads)
         self.segments = [

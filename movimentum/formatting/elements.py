@@ -22,7 +22,7 @@ LINE_END = re.compile(r"\r\n|\r|\n")
 _COMMENT = re.compile(r"//[^\r\n]*|/\*[^*]*\*+(?:[^\/*][^*]*\*+)*/")
 _STEPS = ("step", "relative_step")
 _OF_STEPS = ("statement", "claim", "goal", "extreme_goal", "requirement", "film_loop")
-_THINGS = ("definition", "follower", "placed", "copy")
+_THINGS = ("definition", "follower", "placed", "whole_follower", "copy")
 
 
 @dataclass(frozen=True, slots=True)

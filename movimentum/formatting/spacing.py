@@ -32,8 +32,8 @@ class Glue(Enum):
 
 ITEM_RULES = frozenset(
     {
-        "config", "let", "part", "include", "film_loop", "definition", "follower", "placed", "copy", "loop", "step",
-        "relative_step", "statement", "claim", "goal", "extreme_goal", "requirement",
+        "config", "let", "part", "include", "film_loop", "definition", "follower", "placed", "whole_follower", "copy",
+        "loop", "step", "relative_step", "statement", "claim", "goal", "extreme_goal", "requirement",
     }
 )  # fmt: skip
 """The rules that are items of a script, a part or a loop."""
@@ -100,7 +100,7 @@ def _glues(text: str, branch: Clause, tight: bool) -> Iterator[Glue]:
     """The glue in front of each piece of a branch; that of the first is decided by the branch around."""
     rule, pieces = branch.rule, branch.pieces
     yield Glue.NOTHING
-    if rule in ("definition", "follower", "placed", "copy"):
+    if rule in ("definition", "follower", "placed", "whole_follower", "copy"):
         yield from _definition(branch)
         return
     if rule == "reference":

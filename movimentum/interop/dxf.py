@@ -76,7 +76,7 @@ def _clean(value: float) -> float:
 
 
 @dataclass(slots=True)
-class _Drawn:
+class _Layer:
     """What a layer has: lines (open or closed) with the radius of their arcs, and circles."""
 
     lines: list[tuple[list[Point], bool, float]] = field(default_factory=list[tuple[list[Point], bool, float]])
@@ -95,10 +95,10 @@ def dxf_script(source: SourceText, title: str) -> tuple[str, tuple[Diagnostic, .
         message = f"{source.path} is not a whole DXF file: {problem}"
         helps = ("save it again as DXF (text, R2000 or later)",)
         raise ScriptError([Diagnostic("import/dxf", Severity.ERROR, message, helps=helps)]) from problem
-    layers: dict[str, _Drawn] = {}
+    layers: dict[str, _Layer] = {}
     skipped: dict[str, int] = {}
     for entity in space:
-        drawn = layers.setdefault(str(entity.dxf.layer), _Drawn())
+        drawn = layers.setdefault(str(entity.dxf.layer), _Layer())
         if not _take(entity, drawn):
             skipped[entity.dxftype()] = skipped.get(entity.dxftype(), 0) + 1
     things = _things(layers)
@@ -112,7 +112,7 @@ def dxf_script(source: SourceText, title: str) -> tuple[str, tuple[Diagnostic, .
     return _script(things, title), found
 
 
-def _take(entity: Any, drawn: _Drawn) -> bool:
+def _take(entity: Any, drawn: _Layer) -> bool:
     match entity.dxftype():
         case "LINE":
             drawn.lines.append(([_point(entity.dxf.start), _point(entity.dxf.end)], False, 0.0))
@@ -129,7 +129,7 @@ def _take(entity: Any, drawn: _Drawn) -> bool:
     return True
 
 
-def _polyline(rows: list[tuple[float, float, float]], closed: bool, drawn: _Drawn) -> None:
+def _polyline(rows: list[tuple[float, float, float]], closed: bool, drawn: _Layer) -> None:
     points = [(_short(x), _short(y)) for x, y, _ in rows]
     radii: list[float] = []
     for (x, y, bulge), (u, v, _) in zip(rows, [*rows[1:], rows[0]], strict=True):
@@ -160,7 +160,7 @@ class _Thing:
     still: bool
 
 
-def _things(layers: dict[str, _Drawn]) -> list[_Thing]:
+def _things(layers: dict[str, _Layer]) -> list[_Thing]:
     found: list[_Thing] = []
     taken: set[str] = set()
     for layer, drawn in layers.items():

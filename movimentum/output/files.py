@@ -18,6 +18,8 @@ from movimentum.errors import UsageError
 from movimentum.output import parts
 from movimentum.terminal import typed
 
+WINDOWS = os.name == "nt"
+_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|(com|lpt)[0-9¹²³]) *(\.|$)")
 # The errors of a write that are not our fault; any other OSError in a stage is a bug and stays one.
 _WINDOWS_MARK = b"\xef\xbb\xbf"
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
@@ -200,6 +202,8 @@ def _target(path: Path) -> Path:
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
     except ValueError as problem:  # a name with a null byte, or with what no name can hold
         raise unwritable(ascii(str(path)), "no file has such a name") from problem
+    if WINDOWS and _DEVICE.match(path.name):
+        raise unwritable(path, "Windows keeps this name for a device", f"-o {typed(path.with_name(f'my-{path.name}'))}")
     if folder:
         raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
     if protected:
@@ -226,5 +230,8 @@ def explained(path: Path, part: Path) -> Generator[None, None, None]:
         raise
     except OSError as problem:
         if problem.errno in FULL or str(problem.filename).startswith(str(part)):
+            if isinstance(problem, PermissionError) and problem.filename2 is not None:  # Windows, at the last moment
+                reason = "it cannot be replaced; perhaps another program has it open"
+                raise unwritable(path, reason, f"-o {typed(path.with_stem(f'{path.stem}-2'))}") from problem
             raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
         raise

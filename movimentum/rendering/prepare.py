@@ -15,10 +15,13 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import (
     Drawing,
+    FilmMark,
     FreeArrow,
+    GraphMark,
     ImageMark,
     NoteMark,
     OverMark,
+    PolodeMark,
     SymbolMark,
     TextMark,
     ThingMark,
@@ -66,7 +69,8 @@ class PreparedMark:
             return found
         around = bounds(self.clip, poses, ())
         low, high = np.maximum(found[:, :2], around[:, :2]), np.minimum(found[:, 2:], around[:, 2:])
-        return np.where((low <= high).all(axis=1)[:, None], np.concatenate([low, high], axis=1), np.nan)
+        some = np.logical_and(low[:, 0] <= high[:, 0], low[:, 1] <= high[:, 1])
+        return np.where(some[:, None], np.concatenate([low, high], axis=1), np.nan)
 
     def state(self, poses: Poses) -> Floats:
         """(F, K): all numbers that its picture depends on; equal rows are equal pictures."""
@@ -152,15 +156,23 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     magnification = options.scale * fineness
     _refuse_too_much(scene, magnification)
     drawing = compose(scene, options)
-    things = _loaded(_free(_measured(drawing.things, source), source), magnification)
+    things = _loaded(_free(_measured(_graphed(drawing.things, scene, source, options), source), source), magnification)
     if drawing.clips:
-        clips = dict(drawing.clips)
+        clips: dict[int | None, ThingMark] = dict(drawing.clips)
         things = [replace(item, clip=clips.get(_painted(item.mark))) for item in things]
     whole, traces = _followed((drawing.paths, drawing.traces), source, options, box is None, 0.05 / magnification)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
+    room = (view.left, view.bottom, view.left + view.width / view.scale, view.bottom + view.height / view.scale)
+    things = [_in_room(item, room) for item in things]
     return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
+
+
+def _in_room(item: PreparedMark, room: tuple[float, float, float, float]) -> PreparedMark:
+    """What points to the edge of the picture knows where that is."""
+    mark = item.mark
+    return replace(item, mark=replace(mark, room=room)) if isinstance(mark, SymbolMark) and mark.kind.loose else item
 
 
 def _painted(mark: ThingMark | OverMark) -> int | None:
@@ -185,6 +197,27 @@ def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]
             least, most = (float(lengths.min()), float(lengths.max())) if len(lengths) else (0.0, 0.0)
             mark = replace(mark, lengths=(least, most))
         found.append(mark)
+    return found
+
+
+def _graphed(
+    marks: Sequence[ThingMark | FilmMark], scene: Scene, source: PoseSource, options: PictureOptions
+) -> list[ThingMark]:
+    """The marks; graphs and polodes are what they consist of in the whole film."""
+    found: list[ThingMark] = []
+    for mark in marks:
+        match mark:
+            case GraphMark():
+                from movimentum.drawing.graph_curves import curves_of
+                from movimentum.drawing.graphs import graph_marks
+
+                found += graph_marks(mark, curves_of(mark, scene, chunks(source), options.motion))
+            case PolodeMark():
+                from movimentum.drawing.poles import polode
+
+                found.append(polode(mark, scene, chunks(source), options.motion))
+            case _:
+                found.append(mark)
     return found
 
 

@@ -50,6 +50,7 @@ from movimentum.scene.transitions import judge_transition
 from movimentum.source import SourceText, folder
 from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
+from movimentum.things.kinds.skeleton import SKELETON
 
 
 def build(
@@ -141,11 +142,13 @@ def _steps(
 
 def _in_theme(scene: Scene, options: Sequence[Stated], name: str | None) -> Scene:
     """The scene with its joints, and in its theme, if it has one."""
-    if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
+    skeletal = any(thing.kind is SKELETON for thing in scene.things)
+    if name is None and not skeletal and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
         return scene
     scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
-        return scene
+        grounds = supports(scene.things, fixed(scene.steps, scene.mentioned)) if skeletal else ()
+        return replace(scene, grounds=grounds)
     theme, config = THEMES[name], scene.config
     things = dressed(scene.things, options, theme, scene.joints)
     return replace(

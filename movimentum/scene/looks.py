@@ -17,6 +17,7 @@ from movimentum.things.kind import Color, Look, ThingKind
 from movimentum.things.kinds.bar import BAR
 from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.poles import POLODE
 from movimentum.things.options import COLOR
 from movimentum.things.registry import kind_of
 
@@ -165,7 +166,12 @@ def says_nothing(definitions: Sequence[Definition], config: Config, painted: boo
 
     ``painted``: whether a statement is about a colour or an opacity.
     """
-    options = {part.name for item in definitions for part in item.parts if isinstance(part, Option)}
+    options = {
+        part.name
+        for item in definitions
+        for part in item.parts
+        if isinstance(part, Option) and item.shape.word != POLODE.word
+    }
     if config.background is not None or painted or options & SPOKEN:
         return False
     kinds = {

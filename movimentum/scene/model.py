@@ -143,8 +143,9 @@ class Thing:
 
     ``own``: what only things of its ``kind`` have. ``text`` is a label's, or what is written at a dimension, an arc or
     a vector; where numbers in it change, ``pieces`` are its parts, and ``text`` is how it looks where all of them are
-    0. ``about``: the things that it is about, by number; ``clip``: the thing inside which it is seen. ``placement``:
-    that of the copy which a thing belongs to (its anchors are placed already).
+    0. ``about``: the things that it is about, by number; ``clip``: the thing inside which it is seen. ``values``: what
+    a graph shows (first that over which it shows it), or the points whose velocities are shown. ``placement``: that of
+    the copy which a thing belongs to (its anchors are placed already).
     """
 
     number: int
@@ -160,6 +161,7 @@ class Thing:
     through: tuple[PointRef, ...] = ()
     about: tuple[int, ...] = ()
     clip: int | None = None
+    values: tuple[tuple[Expr, ...], ...] = ()
     placement: CopyFrame = HERE
 
     @property
@@ -358,7 +360,7 @@ class Scene:
     @property
     def shows_numbers(self) -> bool:
         """Whether its pictures show anything but where things are: numbers in texts, velocities."""
-        return any(thing.pieces or thing.kind is VECTOR for thing in self.things)
+        return any(thing.pieces or thing.values or thing.about or thing.kind is VECTOR for thing in self.things)
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

@@ -311,7 +311,8 @@ def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findin
     """The number of the body that is named."""
     name = expression_text(node)
     number = table.number.get(name)
-    if number is None and isinstance(node, Member) and (owner := table.number.get(expression_text(node.operand))):
+    owner = table.number.get(expression_text(node.operand)) if isinstance(node, Member) else None
+    if number is None and owner is not None:
         title = f"{kind.written} is about the whole thing: write `{table.things[owner].name}`"
         helps = (replacement(title, node.span, table.things[owner].name),)
         findings.error("kind/mismatch", f"`{name}` is an anchor, not a thing", node.span, helps=helps)
@@ -320,6 +321,10 @@ def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findin
     elif not table.things[number].is_body:
         thing = table.things[number]
         findings.error("kind/mismatch", f"`{name}` is {thing.called}, which does not move by itself", node.span)
+        return None
+    elif not table.things[number].anchors:
+        message = f"`{name}` has no anchor by which its motion could be told"
+        findings.error("kind/anchors", message, node.span, helps=("give it an anchor",))
         return None
     return number
 

@@ -6,8 +6,6 @@ A field is an expression of the language and, behind a colon, a format of Python
 
 from __future__ import annotations
 
-import re
-
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.records import replace
@@ -15,10 +13,8 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ClaimStatement, Text, TextField
-from movimentum.text import LEVEL, LEVELS
+from movimentum.text import RAISED, raised
 
-_RAISED = re.compile(r"[_^]\{([^{}:.()\[\]]+)\}")
-"""`F_{12}`, `x^{2}`: letters, no expression (which has a point, a bracket or a format)."""
 _BEFORE = ".claim "
 """What makes an expression a script, so that it can be parsed: it fits before any field."""
 
@@ -41,8 +37,8 @@ def pieces_of(text: Text, source: SourceText) -> tuple[str | TextField, ...]:
         if here in "{}" and words[at : at + 2] == here * 2:
             letters, at = letters + here, at + 2
             continue
-        if (raised := _RAISED.match(words, at)) is not None:
-            letters, at = letters + LEVELS[here] + raised[1] + LEVEL, raised.end()
+        if (level := RAISED.match(words, at)) is not None:
+            letters, at = letters + raised(level[0]), level.end()
             continue
         if here != "{":
             letters, at = letters + here, at + 1

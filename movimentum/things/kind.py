@@ -42,7 +42,8 @@ class ThingKind:
     its joints in themes; ``supported``: and supports where it is fixed. ``filled``: themes colour its inside, in turn.
     ``accented``: it has a theme's accent colour. ``plain``: a script that says nothing about looks may have it.
     ``surface``: it is filled although it follows others. ``wholes`` (least, most): it is about so many things, not
-    about their anchors. ``cuts``: other things may be shown only inside it.
+    about their anchors. ``cuts``: other things may be shown only inside it. ``valued``: its arguments are
+    expressions, of so many components. ``loose``: a canvas without a size does not become larger for it.
     ``attached``: pins are drawn at its ends. ``under``: everything else is drawn over it. ``of_film``: its picture
     depends on the whole film.
     """
@@ -66,6 +67,8 @@ class ThingKind:
     surface: bool = False
     wholes: tuple[int, int] | None = None
     cuts: bool = False
+    valued: int = 0
+    loose: bool = False
     accented: bool = False
     plain: bool = True
     attached: bool = False

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import io
-import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Sequence
 
-from PIL import Image, ImageFilter
-
-from movimentum.encoding.pieces import saved
+from movimentum.encoding.pdf_images import Plane, planes
 from movimentum.vector.film import Film
 from movimentum.vector.numbers import short
 from movimentum.vector.pdf_elements import PdfPainter
@@ -81,23 +78,16 @@ class PdfFile:
             self._known[known] = self.add(body)
         return self._known[known]
 
-    def image(self, image: Image.Image) -> int:
-        """A picture (mode RGBA): its colours, and its alpha as a soft mask."""
-        alpha = image.getchannel("A")
-        mask = ""
-        if alpha.getextrema() != (255, 255):
-            mask = f" /SMask {self._pixels(alpha, 1, '/DeviceGray')} 0 R"
-            # viewers mix colours and alpha apart: what is clear has the colour of what is beside it
-            beside = image.convert("RGBa").filter(ImageFilter.BoxBlur(2)).convert("RGBA")
-            image = Image.composite(image, beside, alpha.point(lambda value: 255 * (value > 0)))
-        return self._pixels(image.convert("RGB"), 3, "/DeviceRGB", mask)
+    def image(self, png: bytes, slopes: Sequence[float]) -> int:
+        """A picture, see `encoding.pdf_images.planes`: its colours, and its alpha as a soft mask."""
+        colors, alpha = planes(png, slopes)
+        mask = "" if alpha is None else f" /SMask {self._pixels(alpha, '/DeviceGray')} 0 R"
+        return self._pixels(colors, "/DeviceRGB", mask)
 
-    def _pixels(self, image: Image.Image, colors: int, space: str, mask: str = "") -> int:
-        width, height = image.size
-        size = f"/Type /XObject /Subtype /Image /Width {width} /Height {height} /ColorSpace {space}"
-        coded = f"/DecodeParms << /Predictor 15 /Colors {colors} /Columns {width} >>"
-        data = b"".join(_chunks(saved(image, "PNG", optimize=True)))
-        return self.stream(f"{size} /BitsPerComponent 8 /Interpolate true {coded}{mask}", data, packed=True)
+    def _pixels(self, plane: Plane, space: str, mask: str = "") -> int:
+        size = f"/Type /XObject /Subtype /Image /Width {plane.width} /Height {plane.height} /ColorSpace {space}"
+        coded = f"/DecodeParms << /Predictor 15 /Colors {plane.colors} /Columns {plane.width} >>"
+        return self.stream(f"{size} /BitsPerComponent 8 /Interpolate true {coded}{mask}", plane.rows, packed=True)
 
     def finished(self, root: int, about: int) -> bytes:
         """The whole file."""
@@ -114,13 +104,3 @@ class PdfFile:
         trailer = f"<< /Size {len(places) + 1} /Root {root} 0 R /Info {about} 0 R /ID [<{name}> <{name}>] >>"
         out.write(f"trailer\n{trailer}\nstartxref\n{table}\n%%EOF\n".encode())
         return out.getvalue()
-
-
-def _chunks(png: bytes) -> Iterator[bytes]:
-    """The compressed rows of a PNG, which a PDF reads as they are."""
-    place = 8
-    while place < len(png):
-        (length,) = struct.unpack_from(">I", png, place)
-        if png[place + 4 : place + 8] == b"IDAT":
-            yield png[place + 8 : place + 8 + length]
-        place += 12 + length

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import base64
-import io
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 from xml.etree import ElementTree
-
-from PIL import Image
 
 from movimentum.records import dataclass, replace
 from movimentum.vector.film import Film
@@ -31,7 +28,7 @@ ARC = 4.0 / 3.0 * math.tan(math.pi / 16.0)
 class Objects(Streams, Protocol):
     """Where pictures are written to, too."""
 
-    def image(self, image: Image.Image) -> int:
+    def image(self, png: bytes, slopes: Sequence[float]) -> int:
         """A picture's number."""
         ...
 
@@ -143,11 +140,8 @@ class PdfPainter:
             slopes = tuple(each.get("slope", "1") for each in functions if each.tag.startswith("feFunc"))
         data = element.get("href", "")
         if (data, slopes) not in self._images:
-            image = Image.open(io.BytesIO(base64.b64decode(data.partition(",")[2]))).convert("RGBA")
-            if slopes:
-                table = [round(value * factor) for factor in (*map(float, slopes), 1.0) for value in range(256)]
-                image = image.point(table)
-            self._images[data, slopes] = self._file.image(image)
+            png = base64.b64decode(data.partition(",")[2])
+            self._images[data, slopes] = self._file.image(png, [float(each) for each in slopes])
         width, height = element.get("width"), element.get("height")
         return f"q {width} 0 0 -{height} 0 {height} cm /X{self._images[data, slopes]} Do Q\n"
 

@@ -61,8 +61,7 @@ def animate(
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
     timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
-    scene = timeline.scene
-    numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
+    scene, numbers = timeline.scene, range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
     options, frames = _options(scene, picture, background), _frames(timeline, picture)
     drawn = frames[:1] if found.still and kind != "sequence" else frames

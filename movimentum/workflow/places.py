@@ -167,7 +167,7 @@ PLACES: dict[str, Place] = {
                 typed=_animated,
             ),
         ),
-        Taken("{}.png", "a still, fine enough for print", box=(2400, 2400), enlarged=4.0),
+        Taken("{}.pdf", "a still is sharp as a PDF", clear=True),
         refuses=tuple(
             (suffix, "LaTeX cannot read it") for suffix in (".gif", ".apng", ".webp", ".svg", ".html", ".mp4", ".webm")
         ),

@@ -113,7 +113,11 @@ def test_what_is_asked_of_a_table_can_be_an_unknown(tmp_path: Path, smooth: str)
     x = np.array([0.0, 20.0, 55.0, 90.0, 130.0, 180.0])
     y = np.array([0.0, 12.0, 40.0, 33.0, 10.0, 4.0])
     written(tmp_path, x, lift=y)
-    truth = spline(x, y) if smooth else lambda u: np.interp(u, x, y)
+    curve = spline(x, y)
+
+    def truth(u: FloatArray) -> FloatArray:
+        return np.asarray(curve(u) if smooth else np.interp(u, x, y), dtype=np.float64)
+
     for side, low, high in (("<", 0.0, 55.0), (">", 60.0, 180.0)):
         text = f"""@0 F.O = [0,0]; .table('t.csv', 'lift', F.angle){smooth} = 15 + 3*.t; F.angle {side} 58; F.angle > 0;
             @2"""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbol
 from movimentum.records import dataclass
@@ -14,6 +16,8 @@ from movimentum.text import listed, time_text
 from movimentum.things.kinds.vector import VectorScale
 
 CODE = "name/no-value"
+LOOKED_AT = 200
+"""Frames in which a graph is looked for a value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,29 @@ def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
             if never
             else ("tables hold its last value, or before that its first one",),
         )
+
+
+def empty_graphs(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A warning for each graph that has no value in the whole film, so that there is nothing to draw."""
+    timeline = motion.timeline
+    graphs = [thing for thing in timeline.scene.things if thing.values and not thing.hidden]
+    if not graphs:
+        return
+    from movimentum.analysis.live import shown_values  # only graphs need it
+
+    count = timeline.frame_count
+    times = [timeline.frame_time(frame) for frame in range(0, count, max(1, count // LOOKED_AT))]
+    poses = motion.poses_at(times)
+    for thing in graphs:
+        values = shown_values(motion, thing, poses, times)
+        first = np.isfinite(values[0, 0])
+        if not any((np.isfinite(row) & first).any() for (number, _), row in values.items() if number):
+            yield Diagnostic(
+                "graph/empty",
+                Severity.WARNING,
+                f"`{thing.name}` shows nothing: what it is about has no value in the whole film",
+                thing.span,
+            ).advised("a square root of less than 0, a quotient by 0 and a variable without a statement have no value")
 
 
 def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:

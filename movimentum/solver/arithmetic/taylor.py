@@ -140,7 +140,7 @@ class Taylor:
             x = (x[0] - pieces.period[0] * np.floor((x[0] - pieces.first[0]) / pieces.period[0]), *x[1:])
         low, high = piece_at(pieces, x[0], -1), piece_at(pieces, x[0], 1)
         falls = self.below((ZERO, *x[1:]), (ZERO,)) if len(x) > 1 else np.asarray(table.side < 0)
-        place: Any = np.where(falls, low, high)
+        place = high - (high - low) * falls  # a value at a break is in either of two pieces
         t: Series = plus(x, (-pieces.base[place],))
         total: Series = (pieces.coefficients[-1][place],)
         for c in reversed(pieces.coefficients[:-1]):

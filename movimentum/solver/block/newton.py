@@ -51,8 +51,8 @@ def step_of(
 ) -> FloatArray:
     """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular.
 
-    ``afar``: steps need not be more exact than to 1e-8 of their length, so that more rows than unknowns can be solved
-    by their normal equations, which takes a tenth of the time.
+    ``afar``: steps need not be more exact than to 1e-8 of their length, so that rows more or fewer than unknowns can be
+    solved by their normal equations, which takes a tenth of the time.
     """
     if residual.shape[1] == 0:
         return np.zeros((len(residual), scale.shape[-1]))
@@ -65,7 +65,7 @@ def step_of(
             pass
     finite = np.asarray(np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1), dtype=np.bool_)
     result = np.full((len(rows), scale.shape[-1]), np.nan)
-    if afar and rows.shape[1] > rows.shape[2]:
+    if afar and rows.shape[1] != rows.shape[2]:
         finite[_by_normal_equations(rows, right, scale, finite, result)] = False
     if finite.any():
         inverse = np.linalg.pinv(rows[finite], rcond=RANK_OF_ROWS)
@@ -80,8 +80,9 @@ def _by_normal_equations(
     """Set the steps ``result`` (F, n) of those instants among ``chosen`` (F,) whose rows (F, m, n) have full rank
     beyond doubt; returns which these are (F,).
     """
-    across = np.swapaxes(rows[chosen], 1, 2)
-    normal = across @ rows[chosen]
+    some = rows[chosen]
+    across, fewer = np.swapaxes(some, 1, 2), rows.shape[1] < rows.shape[2]
+    normal = some @ across if fewer else across @ some
     sound = np.zeros(len(rows), dtype=np.bool_)
     try:
         inverse = np.linalg.inv(normal)
@@ -89,7 +90,8 @@ def _by_normal_equations(
         return sound
     condition = np.linalg.norm(normal, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
     sound[chosen] = condition <= WELL_CONDITIONED
-    steps = -(inverse @ (across @ right[chosen][..., None]))[..., 0] * scale
+    one, other = (across, inverse) if fewer else (inverse, across)
+    steps = -(one @ (other @ right[chosen][..., None]))[..., 0] * (scale if scale.ndim == 1 else scale[chosen])
     result[sound] = steps[condition <= WELL_CONDITIONED]
     return sound
 
@@ -208,17 +210,18 @@ def newton_at(problem: BlockProblem, start: FloatArray, iterations: int) -> tupl
     given = {n: first_of(value) for n, value in problem.inputs.items()}
     clocks: list[Any] = [first_of(clock) for clock in problem.clocks]
     places = tuple(np.array(block.entries, dtype=np.intp).reshape(-1, 2).T)
-    x, before, last = start, np.inf, np.inf
+    x, before, last, left = start, np.inf, np.inf, iterations
     try:
         with np.errstate(all="ignore"):
-            for done in range(iterations + 1):
+            while True:
                 values: dict[int, Any] = {**given, **dict(zip(block.core, x.tolist(), strict=True))}
                 wide = np.zeros((len(x), len(x)))
                 wide[places] = block.jacobian(values, clocks)
                 wide *= scale
                 residual = np.array(block.residual(values, clocks), dtype=np.float64)
-                if done == iterations or arrived(last, before):
+                if not left or arrived(last, before):
                     break
+                left -= 1
                 charge()
                 lengths = np.sqrt(np.einsum("mn,mn->m", wide, wide))
                 step = np.asarray(np.linalg.solve(wide / lengths[:, None], residual / lengths), dtype=np.float64)
