@@ -18,13 +18,13 @@ LEFT_OUT = frozenset({"pose", "edits", "tried_on"})
 """Fields of data that are for programs inside: whole poses, places in a text."""
 
 
-class Told(str):
+class AnswerWithData(str):
     """An answer in words, and its ``data``: records, numbers, lists of them."""
 
     __slots__ = ("data",)
     data: Any
 
-    def __new__(cls, text: str, data: Any) -> Told:
+    def __new__(cls, text: str, data: Any) -> AnswerWithData:
         """``text`` with its ``data``."""
         made = super().__new__(cls, text)
         made.data = data
@@ -34,7 +34,7 @@ class Told(str):
 def plain_data(value: Any) -> Any:
     """Data as JSON has it: records are objects, exact times are numbers, what is no finite number is null."""
     match value:
-        case Told():
+        case AnswerWithData():
             return plain_data(value.data)
         case Enum():
             return value.value
@@ -69,7 +69,7 @@ def as_json(command: str, time: float | None, answer: str | None, problem: Probl
     line: dict[str, Any] = {"command": command, "done": problem is None, "time": time}
     if answer is not None:
         line["text"] = str(answer)
-        if isinstance(answer, Told):
+        if isinstance(answer, AnswerWithData):
             line["answer"] = plain_data(answer)
     if problem is not None:
         line["diagnostics"] = problem
