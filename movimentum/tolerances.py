@@ -743,3 +743,6 @@ ratio, little enough for the mechanism to be put together as before."""
 
 NEARBY_POSITION = 1e-3
 """The smallest share by which drives are changed where other positions of a mechanism are looked at."""
+
+APART_IN_NAME_ONLY = 2e-13
+"""By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""

@@ -26,6 +26,8 @@ from movimentum.signals import ignore_interrupts
 
 MODULES = {
     "check": "check:check",
+    "curve": "curve:curve",
+    "equations": "equations:equations",
     "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",

@@ -127,7 +127,7 @@ class Lowering:
     def _power(self, node: Expr) -> Quotient:
         exponent = Fraction(node.exponent).limit_denominator(1000)
         base = self.value(node.args[0])
-        if exponent.denominator == 1:
+        if exponent.denominator == 1 and float(exponent) == node.exponent:
             return self.tower.power(base, int(exponent))
         if exponent.denominator == 2 and float(exponent) == node.exponent:
             return self.tower.power(self.tower.sqrt(base), int(exponent.numerator))
