@@ -17,6 +17,7 @@ DOCS = Path(__file__).resolve().parent
 SCRIPTS = DOCS.parent / "scripts"
 
 LIGHTER: dict[str, tuple[str, ...]] = {
+    "antiparallelogram": ("--fps", "12.5", "--scale", "0.75"),
     "clockwork": ("--scale", "0.6"),
     "coupling-rods": ("--fps", "20", "--frames", ":-1"),
     "excavator": ("--scale", "0.9"),
@@ -24,7 +25,9 @@ LIGHTER: dict[str, tuple[str, ...]] = {
     "jansen-walker": ("--fps", "20", "--scale", "0.85"),
     "planetary": ("--scale", "0.75"),
     "scissor-lift": ("--fps", "20"),
+    "simson-line": ("--fps", "12.5", "--scale", "0.75"),
     "stephenson": ("--fps", "10"),
+    "umbrella": ("--fps", "12.5", "--scale", "0.75"),
     "walschaerts": ("--fps", "10", "--scale", "0.7"),
 }
 """Fewer frames or pixels, for pages that load quickly; the scripts themselves run at full rate and size."""

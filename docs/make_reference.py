@@ -2,7 +2,8 @@
 
 - ``reference/commands.md``: every command with its options, as click knows them;
 - ``reference/python.md``: the public names, from their docstrings;
-- ``reference/messages.md``: every code, from ``docs/messages.toml`` and from what the examples say today.
+- ``reference/messages.md``: every code, from ``docs/messages.toml`` and from what the examples say today;
+- ``man/*.1``: a manual page for each command.
 
 ``tests/docs/test_reference.py`` compares the pages with what this makes.
 """
@@ -162,6 +163,7 @@ All public names, from their docstrings. [From Python](../how-to/python.md) intr
 ORDER = {
     "Read": ("load", "loads", "Script", "Limits"),
     "Motions": ("Motion", "Moments", "Accuracy", "FailurePolicy", "Written"),
+    "In a notebook": ("studio",),
     "Many variants, and fits": ("Sweep", "Fit"),
     "Messages and errors": (
         "Diagnostic", "Severity", "MovimentumError", "ScriptError", "NoSolutionError", "UnknownNameError", "UsageError",
@@ -284,6 +286,7 @@ FAMILIES = {
     "name": "Names",
     "kind": "Kinds and values",
     "asset": "Pictures and included files",
+    "table": "Tables",
     "timeline": "Steps and times",
     "loop": "Films without end",
     "constraint": "What holds, and what is free",
@@ -295,6 +298,7 @@ FAMILIES = {
     "fit": "Goals and requirements",
     "mesh": "Gears",
     "vector": "Arrows",
+    "graph": "Graphs",
     "canvas": "The canvas",
     "render": "Drawing",
     "output": "Files that are written",
@@ -432,6 +436,10 @@ def main() -> None:
     for name, made in (("commands", commands), ("python", python), ("messages", messages)):
         (DOCS / "reference" / f"{name}.md").write_text(made() + "", encoding="utf-8")
         print(f"reference/{name}.md")
+    import make_man  # beside this file, which is on the path when it is run
+
+    make_man.write()
+    print("man/*.1")
 
 
 if __name__ == "__main__":

@@ -37,8 +37,9 @@ if TYPE_CHECKING:
     from movimentum.errors import UsageError as UsageError
     from movimentum.settings import Accuracy as Accuracy
     from movimentum.settings import FailurePolicy as FailurePolicy
+    from movimentum.studio.live import studio as studio
 
-__version__ = "0.1.0"
+    __version__: str
 
 _HOME = {
     "Accuracy": "movimentum.settings",
@@ -61,14 +62,17 @@ _HOME = {
     "loads": "movimentum.api.script",
 }
 
-__all__ = ["__version__", "stages", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["__version__", "stages", "studio", *_HOME]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> object:
     from importlib import import_module
 
-    if name == "stages":
-        return import_module("movimentum.stages")
+    if name in ("stages", "studio"):  # packages; the studio can be called
+        return import_module(f"movimentum.{name}")
+    if name == "__version__":
+        globals()[name] = import_module("movimentum.version").version()
+        return globals()[name]
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

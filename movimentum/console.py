@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import Any, Protocol, TextIO
 
 from movimentum.budget import DEFAULT_MEGABYTES, LEAST_ROOM_MIB, OverBudget, ShortOfRoom, is_nearly_full
 from movimentum.diagnostics import Diagnostic, Severity
@@ -23,9 +23,6 @@ from movimentum.output.parts import discard, has_parts
 from movimentum.signals import Interruption, Terminated, handled_signals, ignored_signals
 from movimentum.source import SourceText
 from movimentum.terminal import visible_json, visible_lines
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
 
 DONE = 0
 USAGE = 2
@@ -41,7 +38,7 @@ _WORDS_S = (10, 60, 300, 1800)
 
 _HOW_TO_REPORT = (
     "run the same command with --debug, and report what it prints together with the script and the output of "
-    '`movimentum --version` (README, "Reporting a bug")'
+    '`movimentum --version -v` (README, "Reporting a bug")'
 )
 
 
@@ -191,7 +188,7 @@ class _Bar:
         self._what = what
         self._stream = stream
         self._started = time.monotonic()
-        self._bar: Progress | None = None
+        self._bar: Any = None
 
     @property
     def begun(self) -> bool:
@@ -202,22 +199,19 @@ class _Bar:
         if self._bar is None:
             if time.monotonic() - self._started < _PATIENCE_S or done >= total:
                 return
-            self._bar = self._begun()
-        self._bar.update(self._bar.task_ids[0], completed=done, total=total)
+            from click import progressbar
 
-    def _begun(self) -> Progress:
-        from rich.console import Console as RichConsole
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        bar = Progress(*columns, console=RichConsole(file=self._stream), transient=True)
-        bar.add_task(self._what)
-        bar.start()
-        return bar
+            self._bar = progressbar(length=total, label=self._what, show_pos=True, file=self._stream)
+        self._bar.length = total
+        with suppress(OSError, ValueError):  # a terminal that was closed
+            self._bar.update(done - self._bar.pos)
 
     def close(self) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        """Nothing of it stays; the cursor, which it hides, comes back."""
+        if self._bar is not None and self._stream is not None:
+            with suppress(OSError, ValueError):
+                self._stream.write("\r\x1b[K\x1b[?25h")
+                self._stream.flush()
 
 
 def answer(text: str) -> None:
@@ -270,7 +264,10 @@ def is_terminal(stream: _HasIsatty | None) -> bool:
 
 def wants_color(stream: _HasIsatty | None) -> bool:
     """Whether to colour what is written to ``stream``: a terminal, and no ``NO_COLOR`` (any value but an empty one)."""
-    return is_terminal(stream) and not os.environ.get("NO_COLOR")
+    wanted = is_terminal(stream) and not os.environ.get("NO_COLOR")
+    if wanted and os.name == "nt":
+        os.system("")  # older consoles of Windows obey escape sequences from then on
+    return wanted
 
 
 def guarded(work: Callable[[], int], console: Console) -> int:

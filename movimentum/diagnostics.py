@@ -90,6 +90,31 @@ class Diagnostic:
         fixes = (item for item in advice if isinstance(item, Fix))
         return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))
 
+    def _repr_html_(self) -> str:
+        return told_html([replace(self, span=None, labels=())], None)
+
+
+class Diagnostics(tuple[Diagnostic, ...]):
+    """Several diagnostics, about ``source``. A notebook shows them as a terminal does."""
+
+    source: SourceText | None
+
+    def __new__(cls, items: Iterable[Diagnostic] = (), source: SourceText | None = None) -> Diagnostics:  # noqa: D102
+        made = super().__new__(cls, items)
+        made.source = source
+        return made
+
+    def _repr_html_(self) -> str | None:
+        return told_html(self, self.source) if self else None
+
+
+def told_html(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> str:
+    """Diagnostics as in a terminal, as HTML; nothing for none."""
+    from movimentum.markup import text_html
+
+    text = render_text(diagnostics, source or SourceText("movimentum", ""), color=True)
+    return text_html(text) if text else ""
+
 
 def real(item: Diagnostic, source: SourceText) -> Diagnostic:
     """A diagnostic with its places in the files, and for which copies and turns of loops it is.

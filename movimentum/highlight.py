@@ -6,7 +6,7 @@ coloured as far as possible. After editing the grammar, this command::
 
     python -m movimentum.highlight
 
-writes ``grammar/movimentum.tmLanguage.json`` again.
+writes ``grammar/movimentum.tmLanguage.json`` again, and its copy in ``editors/vscode``.
 """
 
 from __future__ import annotations
@@ -44,8 +44,10 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     "CLOCK": (Name.Builtin.Pseudo, "variable.language.clock"),
     "FUNCTION": (Name.Function, "support.function"),
     "MOMENT": (Name.Function, "support.function"),
+    **dict.fromkeys(("TABLE", "SMOOTH", "HELD", "PERIODIC", "OVER"), (Name.Function, "support.function")),
     "ROTATE": (Name.Function, "support.function"),
     "WORD": (Name.Attribute, "entity.other.attribute-name"),
+    "CLIP": (Name.Attribute, "entity.other.attribute-name"),
     "OPTION": (Name.Attribute, "entity.other.attribute-name"),
     "ELEMENT": (Name.Label, "entity.name.element"),
     "NUMBER": (Number, "constant.numeric"),
@@ -111,5 +113,6 @@ def textmate() -> str:
 
 
 if __name__ == "__main__":
-    target = Path(__file__).resolve().parent.parent / "grammar" / "movimentum.tmLanguage.json"
-    target.write_text(textmate(), encoding="utf-8", newline="\n")
+    for folder in ("grammar", "editors/vscode/syntaxes"):
+        target = Path(__file__).resolve().parent.parent / folder / "movimentum.tmLanguage.json"
+        target.write_text(textmate(), encoding="utf-8", newline="\n")

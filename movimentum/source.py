@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
@@ -223,6 +224,11 @@ class Unfolding:
             return self.source
         joined, source = "\n".join(self._texts), self.source
         return UnfoldedText(source.path, joined, len(source.text), tuple(self._passages), tuple(self.files))
+
+
+def folder(file: SourceText) -> str:
+    """The folder that paths in a file are relative to."""
+    return "" if file.path.startswith("<") else os.path.dirname(file.path)
 
 
 def drawing_file(path: str) -> str:

@@ -12,6 +12,27 @@ from movimentum import tolerances
 _RATIONAL = re.compile(r"([+-]?)(\d{1,30}(?:\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,2})?(?:/(\d{1,30}))?", re.ASCII)
 
 
+LEVELS = {"_": "\ufff9", "^": "\ufffa"}
+"""What begins lower letters (an index) and raised ones in a text that is drawn."""
+RAISED = re.compile(r"[_^]\{([^{}:.()\[\]]+)\}")
+"""Letters, no expression (which has a point, a bracket or a format)."""
+LEVEL = "\ufffb"
+"""What ends them."""
+
+
+def raised(text: str) -> str:
+    """A text as it is drawn: with the marks of lower and raised letters (`F_{12}`, `x^{2}`)."""
+    return RAISED.sub(lambda match: LEVELS[match[0][0]] + match[1] + LEVEL, text) if "{" in text else text
+
+
+def unraised(text: str) -> str:
+    """A text without the marks of lower and raised letters."""
+    return text.translate(_NO_LEVELS) if max(text, default="") >= "\ufff9" else text
+
+
+_NO_LEVELS = dict.fromkeys(map(ord, (*LEVELS.values(), LEVEL)))
+
+
 def number(value: float, digits: int = 4) -> str:
     """A value for people: up to ``digits`` significant digits, no trailing zeros, never ``-0``."""
     text = f"{value:.{digits}g}"

@@ -6,6 +6,10 @@ the same bound they share the name, and where two bounds only happen to be equal
 
 # --- equations: when one holds, when a matrix loses rank ------------------------------------------
 
+TABLE_END = 1e-9
+"""Of the arguments of a table: how far beyond its ends it still counts as defined. Far above what rounding makes of an
+angle or a time that ends just there, far below a row.
+"""
 LEAST_DIVISOR = 1e-300
 """What is divided by (or has its logarithm taken) is at least this: smaller than any number of a scene, so that the
 quotient of two zeros is zero and nothing else changes.
@@ -20,12 +24,8 @@ NEWTON_STALLED = 1e-9
 """In units of the unknowns' scale: steps below this that no longer halve end Newton's method, where digits are lost."""
 NEWTON_SOLVED = 1e-9
 """Residual of a solution, each row relative to its gradient over unknowns of their own size."""
-NEWTON_ACROSS_DONE = 1e-11
-"""Relative residual, and last step in units of the unknowns' scale, of a solution across variants."""
 START_EXACT = 1e-14
 """Relative residual of a start that Newton's method cannot make better."""
-SINGULAR_ACROSS = 1e-14
-"""A determinant (rows and unknowns of size one) below which Newton's method across variants makes no step."""
 SAME_ROOT = 1e-6
 """In units of the unknowns' scale: solutions of a loop that are nearer are one."""
 RANK_OF_ROWS = 1e-8
@@ -41,6 +41,9 @@ POSE_BESIDE_MET, POSE_BESIDE_NEARLY_MET = 1e-12, 1e-9
 it does if the last step (in units of the unknowns' scale) is below the first."""
 INEQUALITY_MET = 1e-9
 """Of the scene's size: an inequality that is violated by less than that is just met."""
+INEQUALITY_BLURRED = 1e-6
+"""The same where two solutions meet: there rounding of a discriminant, by its root, hides whether it holds, and what
+comes shortly after decides."""
 FRAME_SOLVED = 1e-7
 """Of the scene's size: what a frame's constraints as stated may be off by. Far above what rounding makes of a
 well-posed frame (1e-14), far below what can be seen.
@@ -72,6 +75,17 @@ REDUNDANT_AT_START = 1e-8
 REDUNDANT_LATER = 1e-7
 """The same along a path, whose poses are less accurate: one that is off by more does not hold any longer."""
 
+CUBIC_FITS = 1e-4
+"""Of an expression's size: what the cubic between two times may be off by in the middle, for nothing to be hidden."""
+NO_INFLUENCE = 1e-9
+"""Of a value's change for a change of what a statement says: less is none."""
+DIFFERENCED_RATE = 1e-6
+"""Of the film: half the time between the values whose difference is a rate that no equations tell."""
+JUMP_ACROSS = 1e-3
+"""Of the change over an interval: a value that is farther from zero where it changes its sign jumps over it."""
+VALUE_TOUCHED = 1e-11
+"""Of an expression's size (at least the scene's): a value that comes nearer is touched."""
+
 # --- paths: nodes, branches, folds, ends ----------------------------------------------------------
 
 SHORTEST_PATH_STEP = 1e-10
@@ -98,6 +112,8 @@ SHORT_PIECE = 1e-7
 """Of a segment: a piece that is shorter ends where it begins."""
 LEADS_FARTHER = 1e-3
 """Of the rest of a segment: a plan made anew has to lead farther by more than this."""
+BEYOND_TABLE = (0.0, 1e-6, 1e-3, 1e-2)
+"""Of a step, after a motion has lost its value: where it is looked for what a table was asked beyond its ends."""
 WITHOUT_VALUE_AT_ONCE = 1e-12
 """Of a path: where something has no value for no longer than this, as sin(t)/t at zero, the path does not end."""
 SIDES_AGREE = 1e-6
@@ -287,6 +303,10 @@ LEAST_POSE_DENSE = 1e-13
 """Of the size of unknowns: a step toward the least pose that ends it, where steps come from a singular value
 decomposition.
 """
+LEAST_POSE_SETTLED = 1e-10
+"""Of the size of unknowns: where a last step is longer, a variant's pose is looked for by itself."""
+FREE_STARTS_CLOSE = 2e-9
+"""Of the squares, rounded to nine digits, of what is off in two poses: no difference."""
 LEAST_POSE_SPARSE = 1e-12
 """Of the size of unknowns: the same for sparse saddle point systems, whose rounding is larger."""
 REGULAR = 1e-14
@@ -540,6 +560,8 @@ GAIN_WORTH_A_NOTE = 1e-4
 """Of what the goals miss: a wider range that gains less is not worth a note's help."""
 AT_AN_END = 1e-6
 """Of its interval: a constant that is nearer to an end stands there."""
+SAME_PLACE_OF_DRAWING = 1e-6
+"""Of a drawing's size: ends of lines that are nearer are one joint. Drawings have some eight digits."""
 SAME_POINT = 1e-5
 """Of the intervals: points that are nearer to each other than that are one."""
 ROUNDED_UP = 1e-9
@@ -572,6 +594,8 @@ LEAST_PLOTTED = 1e-17
 """Pixels: an error of 0 is plotted here, on a logarithmic axis."""
 SAME_BOTH_WAYS = 1e-9
 """Of a measure's size, and of time: what a variant may differ by that is solved together with others and alone."""
+SAME_BOTH_WAYS_FREE = 1e-8
+"""The same where something moves freely: its path is integrated in steps that are off by `FREE_MOTION_STEP` each."""
 CLAIM_WITHIN = 1e-9
 """Of the scene's size: the tolerance of a claim without ``.within``."""
 JUMPED = 1e-7
@@ -664,7 +688,7 @@ LEAST_AGREEMENT = 1e-9
 DIFFERING_PIXELS = 1e-5
 """Share of the pixels that may differ from a golden picture by more than rounding, if the renderer is the same."""
 FRAME_LEAD_S = 0.001
-"""Seconds by which an animation is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
+"""Seconds by which a film is ahead of its frames' times: at the very time of a frame, the frame is shown, and not
 by an error of rounding the one before.
 """
 
@@ -737,6 +761,7 @@ SHORTEST_DECIMAL = 1e-4
 THREAD_SWITCH_S = 0.001
 """Seconds: how often Python lets the studio's messages go before the solver; its own 5 ms are felt while dragging."""
 
+
 BESIDE_CONSTANT = 1e-4
 """By about which share constants are changed that a proof leaves open: enough for no two of them to be in a simple
 ratio, little enough for the mechanism to be put together as before."""
@@ -746,3 +771,15 @@ NEARBY_POSITION = 1e-3
 
 APART_IN_NAME_ONLY = 2e-13
 """By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""
+
+SAME_TICK = 1e-6
+"""Of the range of a graph (or of a quarter turn): a tick this close to its end is at its end."""
+
+ONE_VALUE = 1e-9
+"""Of its size: a value of a graph that changes less is one value; a tick that is off its step less is on it."""
+
+SHORTEST_TICK = 1e-4
+"""Numbers at the ticks of a graph that are smaller have an exponent."""
+
+POLE_AT_INFINITY = 1e-12
+"""Of the velocity that two bodies have relative to each other: if they turn less, their pole is at infinity."""

@@ -25,7 +25,7 @@ def test_all_is_exact():
         "Accuracy", "Diagnostic", "FailurePolicy", "Fit", "Limits", "Moments", "Motion", "MovimentumError",
         "NoSolutionError", "Script", "ScriptError", "Severity", "Sweep", "UnknownNameError", "UsageError", "Written",
         "__version__",
-        "load", "loads", "stages",
+        "load", "loads", "stages", "studio",
     ]  # fmt: skip
     for name in movimentum.__all__:
         assert getattr(movimentum, name) is not None

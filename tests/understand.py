@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from fractions import Fraction
 
+import numpy as np
+
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, evaluate_op, walk
+from movimentum.expressions.tables import Table
 from movimentum.scene.build import build
 from movimentum.scene.model import AnchorCoordinate, Anonymous, Constraint, Relation, Scene, VariableComponent
+from movimentum.scene.tables import ReadTable, TableColumn
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ScriptTree, Statement
@@ -29,10 +33,16 @@ def statement_of(text: str) -> Statement:
     return item
 
 
-def scene_of(text: str) -> Scene:
-    """The scene of a script whose pictures are all 200 × 100 pixels."""
+def still_table(column: TableColumn) -> Table:
+    """A table that is 0 from 0 to 360."""
+    x, y = np.array([0.0, 360.0]), np.zeros(2)
+    return Table(x, y, smooth=column.smooth, ends=column.ends, spelled=column.spelled)
+
+
+def scene_of(text: str, read_table: ReadTable = still_table) -> Scene:
+    """The scene of a script whose pictures are all 200 × 100 pixels, and whose tables are 0."""
     source = SourceText("test.mov", text)
-    return build(parse(source), source, lambda path: (200, 100))
+    return build(parse(source), source, lambda path: (200, 100), read_table=read_table)
 
 
 def timeline_of(text: str) -> Timeline:

@@ -19,7 +19,7 @@ from movimentum.analysis.diagnose.off_canvas import Visible, leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
-from movimentum.analysis.diagnose.valueless import undefined_arrows, valueless
+from movimentum.analysis.diagnose.valueless import empty_graphs, undefined_arrows, valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
@@ -125,7 +125,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
     found.extend(leaving(motion, visible))
-    found.extend(undefined_arrows(motion))
+    found.extend((*undefined_arrows(motion), *empty_graphs(motion)))
     misplaced = list(misplaced_gears(motion))
     found.extend(misplaced)
     found.extend(fitted_teeth(motion))

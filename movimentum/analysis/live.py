@@ -10,14 +10,16 @@ from fractions import Fraction
 
 import numpy as np
 
+from movimentum.analysis.poles import inflection_circle, pole_of
 from movimentum.arrays import FloatArray
-from movimentum.expressions import symbol
+from movimentum.expressions import Expr, symbol, walk
 from movimentum.query import reader
 from movimentum.records import replace
-from movimentum.scene.model import AnchorCoordinate, Scene, Thing
-from movimentum.scene.shown import ARROW, Shown, text_number
-from movimentum.solver.motion import AnyMotion
+from movimentum.scene.model import AnchorCoordinate, FixedPoint, Scene, Thing
+from movimentum.scene.shown import ARROW, CIRCLE, POLE, Shown, text_number, value_name
+from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
+from movimentum.things.kinds.poles import CENTRE, INFLECTION, POLODE
 from movimentum.things.kinds.vector import VectorScale
 
 
@@ -29,8 +31,48 @@ def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] |
     scene = motion.timeline.scene
     if not scene.shows_numbers or not len(poses.frames):
         return poses
-    texts = texts_of(scene)(poses)
-    return replace(poses, properties={**poses.properties, **texts, **_arrows(motion, poses, instants)})
+    times = [motion.timeline.frame_time(frame) for frame in poses.frames.tolist()] if instants is None else instants
+    found = {**texts_of(scene)(poses), **_arrows(motion, poses, instants)}
+    for thing in scene.things:
+        if thing.values and not thing.hidden:
+            rows = shown_values(motion.path, thing, poses, times)
+            found |= {(thing.number, value_name(*place)): row for place, row in rows.items()}
+        if thing.kind in (CENTRE, POLODE) and not thing.hidden:
+            pole = pole_of(motion.path, thing.about, poses, times)
+            found |= {(thing.number, name): row for name, row in zip(POLE, pole, strict=True)}
+        elif thing.kind is INFLECTION and not thing.hidden:
+            middle, radius = inflection_circle(motion.path, thing.about[0], poses, times)
+            rows = (middle[:, 0], middle[:, 1], radius)
+            found |= {(thing.number, name): row for name, row in zip(CIRCLE, rows, strict=True)}
+    return replace(poses, properties={**poses.properties, **found})
+
+
+def shown_values(
+    motion: PathMotion, thing: Thing, poses: Poses, times: Sequence[Fraction]
+) -> dict[tuple[int, int], FloatArray]:
+    """(number, axis) -> (F,): what a graph shows in ``poses``, which are those at ``times``; nan where there is no
+    value. Exact, its derivatives too.
+    """
+    places = [(number, axis) for number, value in enumerate(thing.values) for axis in range(len(value))]
+    expressions = [part for value in thing.values for part in value]
+    order = 1 if thing.kind.valued == 2 else 0  # of points, their velocities
+    if order == 0 and not any(node.op == "derivative" for part in expressions for node in walk(part)):
+        return dict(zip(places, reader(motion.timeline.scene, expressions)(poses), strict=True))
+    return dict(zip(places, _at_each(motion, expressions, order, times), strict=True))
+
+
+def _at_each(motion: PathMotion, expressions: Sequence[Expr], order: int, times: Sequence[Fraction]) -> FloatArray:
+    """(n, F) rates; nan where a wish leaves none defined."""
+    from movimentum.solver.rates.rates import UndefinedRate, rates_at
+
+    try:
+        return rates_at(motion, expressions, order, times)
+    except UndefinedRate:
+        if len(times) == 1:
+            return np.full((len(expressions), 1), np.nan)
+        half = len(times) // 2
+        parts = [_at_each(motion, expressions, order, some) for some in (times[:half], times[half:])]
+        return np.concatenate(parts, axis=1)
 
 
 def texts_of(scene: Scene) -> Callable[[Poses], dict[tuple[int, str], FloatArray]]:
@@ -67,6 +109,8 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
 
     (ref,), own = thing.through, thing.own
     assert isinstance(own, VectorScale)
+    if isinstance(ref, FixedPoint):
+        return np.zeros((2, len(times)))
     coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
     order, scale = (1, own.velocity) if own.velocity is not None else (2, own.acceleration or 0.0)
     try:

@@ -46,6 +46,8 @@ Measured = Mapping[str, str] | str | tuple[str, ...] | list[str]
 QualityWord = Literal["draft", "standard", "high"]
 ShowWord = Literal["names", "free", "anchors"]
 
+PlaceWord = Literal["wikipedia", "slides", "latex", "web", "social"]
+
 Frames = slice | range | int | str
 """Some frames: ``slice(12, 48)``, ``range(12, 48)``, ``7`` or ``"12:48"``, counted as Python counts."""
 
@@ -56,7 +58,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 class Limits:
     """What a script may cost before it is refused, given to `load` and `loads`.
 
-    ``frames`` of an animation, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
+    ``frames`` of a film, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
     expression, ``digits`` for ``accuracy="exact"``.
 
     >>> import movimentum as mv
@@ -219,7 +221,7 @@ _LIMITS = {
     "max-digits": "digits",
 }  # fmt: skip
 _OPTIONS = (
-    "accuracy", "at", "background", "dask", "digits", "effort", "fps", "frames", "loop", "lossy", "measure",
+    "accuracy", "at", "background", "dask", "digits", "effort", "for", "fps", "frames", "loop", "lossy", "measure",
     "on-failure", "output", "quality", "sample", "scale", "set", "show", "strict", "trace", "transparent", "vary",
     "workers", *_LIMITS,
 )  # fmt: skip
@@ -233,7 +235,7 @@ _COMMANDS = re.compile(r"`movimentum (fit|sweep|check)`")
 def _named(found: re.Match[str]) -> str:
     """What Python calls an option."""
     option = found[1] or "output"
-    other = {"dask": "client", "set": "with_constants", "output": "path"}
+    other = {"dask": "client", "for": "for_", "set": "with_constants", "output": "path"}
     return other.get(option) or (f"Limits({_LIMITS[option]}=…)" if option in _LIMITS else option.replace("-", "_"))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from movimentum.api.arguments import (
     Frames,
     Number,
+    PlaceWord,
     QualityWord,
     ShowWord,
     called,
@@ -22,23 +23,21 @@ from movimentum.api.arguments import (
     frame_rate,
     in_python,
     one_of,
-    positive,
     several,
-    whole,
-    words,
 )
 from movimentum.api.moments import Moments, rates_of, values_of
+from movimentum.api.pictures import DrawingAsked, picture_of, shown
 from movimentum.api.results import Written, data_frame, silent
 from movimentum.api.understood import Names, UnderstoodScript, accepted
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, Diagnostics
 from movimentum.errors import errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, Advice, FailurePolicy, FailureWord
 from movimentum.solver.poses import Poses
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import Timeline
-from movimentum.workflow.choices import Choices, Picture
+from movimentum.workflow.choices import Choices
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
@@ -153,7 +152,7 @@ class Motion:
         have turned out to be so far.
         """
         found, notes = afterwards(self.solution, Choices())
-        return in_python((*found, *(note for note in notes if note not in found)))
+        return Diagnostics(in_python((*found, *(note for note in notes if note not in found))), self.script.source)
 
     # --- values
 
@@ -209,7 +208,7 @@ class Motion:
     def at(self, time: Number | Iterable[Number]) -> Moments:
         """The motion at a time, or at several, between frames too.
 
-        Raises `UsageError` (``usage/at``) for a time outside the animation.
+        Raises `UsageError` (``usage/at``) for a time outside the film.
 
         >>> import movimentum as mv
         >>> motion = mv.load("scripts/slider-crank.mov").solve()
@@ -224,9 +223,7 @@ class Motion:
         """A time; a float that a step's time was rounded to means the step's."""
         timeline, found = self.timeline, exact(time, "a time")
         if not timeline.start <= found <= timeline.end:
-            message = (
-                f"time {time_text(float(found))} is outside the animation, from {timeline.start} to {timeline.end}"
-            )
+            message = f"time {time_text(float(found))} is outside the film, from {timeline.start} to {timeline.end}"
             raise usage_error("usage/at", message)
         steps = (*(segment.start for segment in timeline.segments), timeline.end)
         return next((step for step in steps if float(step) == float(found)), found)
@@ -297,7 +294,8 @@ class Motion:
         fps: Number | None = None,
         frames: Frames | None = None,
         at: Number | None = None,
-        scale: float = 1.0,
+        for_: PlaceWord | None = None,
+        scale: float | None = None,
         trace: str | Iterable[str] = (),
         show: ShowWord | str | Iterable[ShowWord] = (),
         background: str | None = None,
@@ -312,15 +310,16 @@ class Motion:
         open: bool = False,  # noqa: A002 - named as the option
         max_pixels: int | None = None,
     ) -> Written:
-        """Draw it into the file ``path``, whose suffix names the format: an animation (``.gif``, ``.apng``, ``.webp``,
-        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a still (``.png``, ``.jpg``; ``.svg`` with
-        ``at``), or numbered pictures (``"frames/%04d.png"``).
+        """Draw it into the file ``path``, whose suffix names the format: a film (``.gif``, ``.apng``, ``.webp``,
+        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a page for each frame (``.pdf``), a still
+        (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a
         colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever), ``lossy`` (levels, of
-        a GIF), ``workers`` (processes). ``fps``, ``accuracy``, ``strict`` and ``on_failure`` are as they were solved
-        with, unless they are given: then the script is solved anew for this picture.
+        a GIF), ``workers`` (processes). ``for_`` a place ("wikipedia", "slides", "latex", "web", "social") chooses the
+        scale, the rate, and the format where ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and
+        ``on_failure`` are as they were solved with, unless they are given: then it is solved anew for this picture.
 
         Raises `UsageError` for choices that do not fit and files that cannot be written.
 
@@ -330,38 +329,14 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
-        from movimentum.drawing.options import Quality, Show
-
-        if at is not None and frames is not None:
-            raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")
         motion = self._solved_with(fps, accuracy, strict, on_failure)
-        picture = Picture(
-            frames=frame_choice(frames),
-            at=None if at is None else motion._exact(at),
-            scale=positive(scale, "scale"),
-            traces=words(trace, "trace"),
-            show=frozenset(str(one_of(Show, word, "word for `show`")) for word in words(show, "show")),
-            background=background,
-            quality=str(one_of(Quality, quality, "quality")),
-            loop=whole(loop, "`loop`", 0, 65535),
-            transparent=transparent,
-            lossy=whole(lossy, "`lossy`", 0, 64),
-            workers=None if workers is None else whole(workers, "`workers`", 1, 256),
-            max_pixels=self.script.limits.pixels if max_pixels is None else whole(max_pixels, "`max_pixels`", 1),
-        )
-        return motion._drawn(Path(os.fspath(path)), picture, show_it=open)
-
-    def _drawn(self, target: Path, picture: Picture, *, show_it: bool) -> Written:
-        from movimentum.workflow.animate import animate
-
-        source = self.script.source
-        with errors_in(source):
-            outcome = animate(source, target, self.choices, picture, silent, self.solution)
-        if show_it:
-            import click
-
-            click.launch(str(target))
-        return Written(target, outcome.frames, in_python(outcome.diagnostics))
+        picture = picture_of(
+            self.script.limits, frames=frames, at=None if at is None else motion._exact(at), scale=scale, trace=trace,
+            show=show, background=background, quality=quality, loop=loop, transparent=transparent, lossy=lossy,
+            workers=workers, max_pixels=max_pixels
+        )  # fmt: skip
+        asked = DrawingAsked(self.script.source, Path(os.fspath(path)), motion.choices, picture, motion.solution)
+        return asked.written(for_, show_it=open)
 
     def _solved_with(
         self,
@@ -384,6 +359,9 @@ class Motion:
 
     def __reduce__(self) -> tuple[object, ...]:
         return _again, (self.script, self.choices, self.solution.diagnostics)
+
+    def _repr_html_(self) -> str:
+        return shown(self.script.source, self.solution, self.choices, self.diagnostics)
 
     def __repr__(self) -> str:
         timeline = self.timeline

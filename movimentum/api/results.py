@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from movimentum.api.arguments import called, errors_in_python, in_python
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, told_html
 from movimentum.errors import UnknownNameError, usage_error
 from movimentum.records import dataclass, fields
 from movimentum.syntax.suggest import nearest
+from movimentum.text import number
 
 if TYPE_CHECKING:
     from movimentum.fitting.fit import FitJob, Fitted
@@ -183,8 +184,28 @@ class Sweep:
             write_table(self.keys(), lambda: (self.rows,), len(self), part, target.suffix)
         return Written(target, len(self), ())
 
+    def _repr_html_(self) -> str:
+        """The first and the last rows of the table."""
+        from movimentum.markup import table_html
+
+        count = len(self)
+        shown = range(count) if count <= MOST_ROWS else (*range(MOST_ROWS // 2), *range(count - MOST_ROWS // 2, count))
+        names, columns = zip(*self.columns(), strict=True)
+        cells = [[_cell(column[row]) for column in columns] for row in shown]
+        bad = [not self.ok[row] for row in shown]
+        return table_html(names, cells, bad, (MOST_ROWS // 2, count - len(shown)), repr(self))
+
     def __repr__(self) -> str:
         return f"Sweep({self.title}: {len(self):,} variants, {int(self.ok.sum()):,} ok)"
+
+
+MOST_ROWS = 20
+"""Rows of a sweep that a notebook shows."""
+
+
+def _cell(value: Any) -> str:
+    """A cell of the table in a notebook; nothing where there is no value."""
+    return str(value) if isinstance(value, str) else "" if np.isnan(value) else number(float(value), 6)
 
 
 Interval = tuple[float, float]
@@ -264,7 +285,7 @@ class Fit:
         """What there is to say: requirements that no variant meets, constants at the end of their ranges."""
         from movimentum.fitting.summary import notes, unmet
 
-        return in_python((*unmet(self._found), *notes(self._found)))
+        return Diagnostics(in_python((*unmet(self._found), *notes(self._found))), self._scene.source)
 
     @cached_property
     def text(self) -> str:
@@ -302,6 +323,13 @@ class Fit:
         made_again = ("problem", "first", "last")
         rest = {each.name: getattr(found, each.name) for each in fields(found) if each.name not in made_again}
         return _again, (self.title, found.problem.job, rest)
+
+    def _repr_html_(self) -> str:
+        """What `movimentum fit` prints."""
+        from movimentum.fitting.summary import fit_text
+        from movimentum.markup import text_html
+
+        return text_html(fit_text(self._found)) + told_html(self.diagnostics, self._scene.source)
 
     def __repr__(self) -> str:
         from movimentum.fitting.summary import constants_text

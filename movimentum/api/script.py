@@ -22,7 +22,7 @@ from movimentum.api.arguments import (
 )
 from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
-from movimentum.diagnostics import Diagnostic, limited
+from movimentum.diagnostics import Diagnostic, Diagnostics, limited, told_html
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from movimentum.api.results import Fit, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
+    from movimentum.studio.widget import StudioWidget
 
 
 @called
@@ -141,9 +142,10 @@ class Script(UnderstoodScript):
         [('constraint/free-motion', 'warning')]
         """
         try:
-            return in_python(limited(solution_of(self, choices_of(self.limits)).diagnostics))
+            found = solution_of(self, choices_of(self.limits)).diagnostics
         except MovimentumError as error:
-            return in_python(limited(error.diagnostics))
+            found = error.diagnostics
+        return Diagnostics(in_python(limited(found)), self.source)
 
     @called
     def solve(
@@ -291,6 +293,27 @@ class Script(UnderstoodScript):
         with errors_in(self.source):
             return _understood(self.source, settings, self.limits, ScriptFiles())
 
+    @called
+    def with_text(self, text: str, /) -> Script:
+        """The script that another text is, in the same place and with the same constants set."""
+        source = SourceText(self.source.path, text)
+        with errors_in(source):
+            return _understood(source, tuple(self.scene.settings), self.limits, ScriptFiles())
+
+    @called
+    def studio(self) -> StudioWidget:
+        """The studio with this script as a live widget of a notebook: `StudioWidget.text` is what it says by now, and
+        `StudioWidget.script` the script of it. Its Save button writes to the script's file.
+
+        `UsageError` (``usage/extra``) without the extra ``notebook``.
+        """
+        from movimentum.studio.live import refuse_missing
+
+        refuse_missing()
+        from movimentum.studio.widget import StudioWidget
+
+        return StudioWidget(self, self._choices)
+
     @property
     def _choices(self) -> Choices:
         """The choices that the script was read with."""
@@ -301,6 +324,17 @@ class Script(UnderstoodScript):
 
     def __reduce__(self) -> tuple[object, ...]:
         return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)
+
+    def _repr_html_(self) -> str:
+        """What moves, as far as it does, and what is wrong."""
+        from movimentum.api.pictures import shown
+
+        choices, said = replace(choices_of(self.limits), on_failure=FailurePolicy.HOLD), self.diagnostics
+        try:
+            solution = accepted(self, choices)
+        except MovimentumError:
+            return told_html(said, self.source)
+        return shown(self.source, solution, choices, said)
 
     def __repr__(self) -> str:
         parts = [counted(len(self.scene.things), "thing"), counted(len(self.scene.steps), "step")]

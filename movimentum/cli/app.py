@@ -19,20 +19,25 @@ from typing import Any, NoReturn, cast
 
 import click
 
-from movimentum import __version__, budget
+from movimentum import budget
 from movimentum.cli.common import EXIT_CODES, SPEECH
-from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, guarded
+from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, answer, guarded
 from movimentum.signals import ignore_interrupts
 
 MODULES = {
     "check": "check:check",
+    "completion": "completion:completion",
     "curve": "curve:curve",
     "equations": "equations:equations",
+    "examples": "new:examples",
     "explain": "explain:explain",
     "export": "exchange:export",
     "fit": "fit:fit",
+    "fmt": "fmt:fmt",
     "golden": "golden:golden",
     "import": "exchange:import_",
+    "lsp": "lsp:lsp",
+    "new": "new:new",
     "prove": "prove:prove",
     "repl": "repl:repl",
     "run": "run:run",
@@ -96,6 +101,8 @@ def run_command_line(arguments: Sequence[str], *, watched: bool = False) -> int:
 
 
 def _dispatch(arguments: list[str], console: Console) -> int:
+    if os.environ.get("_MOVIMENTUM_COMPLETE", "").startswith("powershell"):
+        import_module("movimentum.cli.completion")  # click does not know that shell
     try:
         code = commands.main(arguments, prog_name="movimentum", standalone_mode=False, obj=console)
     except click.Abort:
@@ -154,24 +161,46 @@ def _by_another_name() -> Generator[None]:
         raise RuntimeError("unexpected end of a file") from error
 
 
+def _version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or context.resilient_parsing:
+        return
+    from movimentum.version import version
+
+    told = f"movimentum, version {version()}\n"
+    if isinstance(context.obj, Console) and context.obj.verbose:
+        from movimentum.workflow.installation import installation
+
+        told += installation()
+    answer(told)
+    context.exit()
+
+
 @click.group(
     cls=_Commands,
     commands=cast("dict[str, click.Command]", _Modules()),  # click only reads it
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="""\b
 Examples:
-  movimentum run scripts/four-bar.mov
+  movimentum new four-bar
+  movimentum run four-bar.mov
   movimentum check my-engine.mov
   movimentum solve my-engine.mov -o poses.csv
 
 \b
-Shell completion (bash; zsh and fish alike):
-  eval "$(_MOVIMENTUM_COMPLETE=bash_source movimentum)"
+Shell completion (bash; zsh, fish and PowerShell alike):
+  eval "$(movimentum completion bash)"
 
 """
     + EXIT_CODES,
 )
-@click.version_option(__version__, prog_name="movimentum")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_version,
+    help="Show the version and exit; with -v, also what is installed, for reports of bugs.",
+)
 @SPEECH
 def commands() -> None:
     """Animate mechanisms by stating what is connected to what.

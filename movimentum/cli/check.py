@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from movimentum.cli.common import EXIT_CODES, FPS, LIMITS, SCRIPT, SPEECH, STRICT, with_choices
+from movimentum.cli.common import EXIT_CODES, FPS, LIMITS, SPEECH, STRICT, files, with_choices
 from movimentum.console import Console, answer, answer_json, wants_color
 from movimentum.diagnostics import render_text, to_json
+from movimentum.errors import MovimentumError
 from movimentum.terminal import visible
 from movimentum.text import counted, listed
 from movimentum.workflow.choices import Choices
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     epilog="""\b
 Examples:
   movimentum check crank.mov
+  movimentum check *.mov --strict
   movimentum check crank.mov --format json | jq .diagnostics
   movimentum check crank.mov --freedom
   movimentum check crank.mov --fps-invariance --reverse
@@ -34,7 +36,7 @@ Examples:
 """
     + EXIT_CODES
 )
-@SCRIPT
+@click.argument("scripts", metavar="SCRIPT...", nargs=-1, required=True, shell_complete=files)
 @click.option(
     "--format",
     "form",
@@ -56,27 +58,39 @@ def check(
     console: Console,
     *,
     choices: Choices,
-    script: str,
+    scripts: tuple[str, ...],
     form: str,
     freedom: bool,
     fps_invariance: bool,
     reverse: bool,
 ) -> int:
-    """Report everything that can be said about SCRIPT without rendering it.
+    """Report everything that can be said about each SCRIPT without rendering it.
 
-    It reports errors, warnings and notes, and for every step what was left to solve and what is still free.
+    It reports errors, warnings and notes, and for every step what was left to solve and what is still free. Of several
+    scripts, the exit code is the highest.
     """
     from movimentum.workflow.check import check as checked
 
-    with console.working("checking"):
-        report, source = checked(script, choices, fps_invariance=fps_invariance, reverse=reverse)
-    if form == "sarif":
-        answer_json(check_sarif(report, source))
-    elif form == "json":
-        answer_json(check_json(report, source, freedom=freedom))
-    else:
-        answer(check_text(report, source, color=wants_color(sys.stdout), freedom=freedom))
-    return report.exit_code
+    if len(scripts) > 1 and form != "text":
+        raise click.UsageError(f"--format {form} is for one script.")
+    codes: list[int] = []
+    for script in scripts:
+        try:
+            with console.working("checking"):
+                report, source = checked(script, choices, fps_invariance=fps_invariance, reverse=reverse)
+        except MovimentumError as error:
+            if len(scripts) == 1:
+                raise
+            codes.append(console.fail(error))
+            continue
+        if form == "sarif":
+            answer_json(check_sarif(report, source))
+        elif form == "json":
+            answer_json(check_json(report, source, freedom=freedom))
+        elif report.exit_code or len(scripts) == 1 or not console.quiet:
+            answer(check_text(report, source, color=wants_color(sys.stdout), freedom=freedom))
+        codes.append(report.exit_code)
+    return max(codes)
 
 
 # --- what it prints: the same report for people and for programs

@@ -79,7 +79,7 @@ def import_(
     strict: bool,
 ) -> int:
     """Turn FILE into a script: a linkage file of the program "linkages", a text file of PMKS, a .linkage2 of Linkage,
-    or a mechanism expression or triangular formulas from Pyslvs.
+    a drawing in DXF, or a mechanism expression or triangular formulas from Pyslvs.
 
     The content of FILE decides which of these it is.
     """
@@ -99,7 +99,10 @@ def import_(
     epilog="""\b
 Examples:
   movimentum export peaucellier.mov -o peaucellier.txt
-  movimentum export four-bar.mov --format pyslvs -o four-bar.pyslvs
+  movimentum export four-bar.mov -o four-bar.pyslvs
+  movimentum export four-bar.mov -o four-bar.dxf --at 1
+  movimentum export four-bar.mov -o 'part-%s.stl' --thickness 3
+  movimentum export four-bar.mov -o parts.csv
 
 """
     + EXIT_CODES
@@ -116,12 +119,23 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["linkages", "pyslvs"]),
-    default="linkages",
-    show_default=True,
-    help="A linkage of rods at one moment, or formulas that give every joint by triangles.",
+    type=click.Choice(["linkages", "pyslvs", "dxf", "stl", "parts"]),
+    help="A linkage of rods at one moment, formulas that give every joint by triangles, a drawing of the parts, "
+    "solids, or a table of the parts [default: what .pyslvs, .dxf, .stl or .csv says; else linkages].",
 )
-@click.option("--at", type=number, metavar="T", help="The moment (linkages) [default: the beginning].")
+@click.option("--at", type=number, metavar="T", help="The moment (linkages, dxf, stl) [default: the beginning].")
+@click.option(
+    "--thickness",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="D",
+    help="How thick parts are, in pixels (stl); one pixel is a millimetre.",
+)
+@click.option(
+    "--hole",
+    type=click.FloatRange(min=0),
+    metavar="D",
+    help="The diameter of all holes, 0 for none (dxf, stl) [default: that of the pins, or 0.3 of the width].",
+)
 @FPS
 @STRICT
 @LIMITS
@@ -134,16 +148,17 @@ def export(
     choices: Choices,
     script: str,
     output: str,
-    form: str,
+    form: str | None,
     at: Fraction | None,
+    thickness: float | None,
+    hole: float | None,
 ) -> int:
-    """Write the scene of SCRIPT in another program's format."""
-    from movimentum.workflow.exchange import exported
+    """Write the scene of SCRIPT in another program's format. With %s in the name of an STL, each part is a file."""
+    from movimentum.workflow.exchange import Export, exported
 
-    if at is not None and form != "linkages":
-        raise click.UsageError("--at is for linkages: formulas have a value for every frame.")
     target = output_or_stdout(script, output, ".txt")
-    outcome = carried_out(console, script, lambda source: exported(source, target, form, at, choices))
+    how = Export(form or "", at, thickness, hole)
+    outcome = carried_out(console, script, lambda source: exported(source, target, how, choices))
     if target is not None:
         console.say(f"{target}: written")
     return outcome.exit_code

@@ -25,13 +25,11 @@ from movimentum.console import Console, answer, answer_json
 from movimentum.diagnostics import to_json
 from movimentum.errors import errors_in
 from movimentum.records import dataclass
-from movimentum.text import counted, number, time_text
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read
 
 if TYPE_CHECKING:
     from movimentum.fitting.fit import Fitted
-    from movimentum.fitting.summary import AimOutcome
     from movimentum.scene.model import Purpose
     from movimentum.source import SourceText
 
@@ -113,7 +111,7 @@ def _fitted(
     from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
     from movimentum.fitting.fit import fit as fit_problem
     from movimentum.fitting.output import with_constants, write_before_and_after
-    from movimentum.fitting.summary import notes, unmet
+    from movimentum.fitting.summary import fit_text, notes, unmet
     from movimentum.output.files import refuse_overwriting, refuse_unwritable
     from movimentum.variants.sheet import check_sheet
     from movimentum.workflow.read import reads
@@ -144,7 +142,7 @@ def _fitted(
     if asked.form == "json":
         answer_json(_as_json(found))
     elif not to_stdout:
-        answer(_as_text(found))
+        answer(fit_text(found))
     if found.met:
         if target is not None:
             _write(target, with_constants(scene, found.constants, target.parent))
@@ -163,53 +161,6 @@ def _write(target: Path, text: str) -> None:
 
 
 # --- what it prints: the same result for people and for programs
-
-
-def _as_text(found: Fitted) -> str:
-    """What is printed: constants before and after, what each goal misses by, each requirement."""
-    from movimentum.fitting.summary import aim_outcomes
-    from movimentum.scene.model import Purpose
-
-    job = found.problem.job
-    lines: list[str] = []
-    if found.problem.reason is not None:
-        lines.append(f"(variants were solved one by one: {found.problem.reason})")
-    width = max(map(len, job.names))
-    for name, before, after in zip(job.names, found.before.tolist(), found.after.tolist(), strict=True):
-        lines.append(f"{name:<{width}} = {number(after, 10)}   (was {number(before, 10)})")
-    before, after = (aim_outcomes(found, motion) for motion in (found.first, found.last))
-    for purpose, title in ((Purpose.GOAL, "goals"), (Purpose.REQUIREMENT, "requirements")):
-        own = [(a, b) for a, b in zip(before, after, strict=True) if a.claim.purpose is purpose]
-        if own:
-            lines.append(f"{title}:")
-        for was, now in own:
-            told = _off(now, purpose is Purpose.GOAL)
-            moved = was.rms is not None or was.value is not None
-            earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
-            lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
-    if len(found.others):
-        lines.append(f"{counted(len(found.others), 'other solution')}, equally good:")
-        rows = ([f"{n} = {number(v, 8)}" for n, v in zip(job.names, r, strict=True)] for r in found.others.tolist())
-        lines += ["  " + ", ".join(row) for row in rows]
-    return "\n".join(lines) + "\n"
-
-
-def _off(outcome: AimOutcome, goal: bool) -> str:
-
-    if outcome.value is not None:
-        return number(outcome.value)
-    if outcome.worst is None or outcome.rms is None:
-        return "it does not move"
-    when = "" if outcome.time is None else f" at t = {time_text(outcome.time)}"
-    if goal:
-        if outcome.time is None:
-            return f"off by {number(max(outcome.rms, 0.0))}"
-        return (
-            f"off by {number(outcome.rms)} (root of the mean square), {number(max(outcome.worst, 0.0))} at most{when}"
-        )
-    if outcome.worst <= 0.0:
-        return f"holds, with {number(-outcome.worst)} to spare{when}"
-    return f"off by {number(outcome.worst)}{when}"
 
 
 def _as_json(found: Fitted) -> str:

@@ -1,4 +1,4 @@
-"""`movimentum run`: an animation or pictures."""
+"""`movimentum run`: a film or pictures."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ from movimentum.console import DONE, INTERRUPTED, NO_SOLUTION, Console
 from movimentum.errors import MovimentumError
 from movimentum.text import counted
 from movimentum.workflow.choices import MAX_PIXELS, Choices, Outcome, Picture
+from movimentum.workflow.places import PLACES
 
 if TYPE_CHECKING:
     from movimentum.solver.reuse import Known
@@ -48,6 +49,7 @@ Examples:
   movimentum run crank.mov --at 2.5                crank.png, a still at time 2.5
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
+  movimentum run crank.mov --for slides            what slides play, and why
   movimentum run crank.mov --watch --open          again whenever it changes
   movimentum run crank.mov -o crank.mp4 --dask tcp://scheduler:8786
 
@@ -61,16 +63,21 @@ Examples:
     metavar="OUT",
     shell_complete=files,
     help="The file to write: .gif (default, under the script's name), .png or .jpg (a still, or numbered pictures "
-    "with %d in the name), .apng, .webp, .svg (a still with --at), .html (a page with a player); .mp4 and .webm with "
-    "the video extra.",
+    "with %d in the name), .apng, .webp, .svg (a still with --at), .pdf (a page for each frame, one with --at), .html "
+    "(a page with a player); .mp4 and .webm with the video extra.",
 )
 @FPS
 @FRAMES
 @click.option("--at", type=number, metavar="T", help="A still at time T, which may lie between frames.")
 @click.option(
+    "--for",
+    "place",
+    type=click.Choice(list(PLACES)),
+    help="Choose format, size, rate and length as this place takes them, and say why. Other options are kept.",
+)
+@click.option(
     "--scale",
     type=click.FloatRange(min=0, min_open=True),
-    default=1.0,
     metavar="S",
     help="Enlarge the picture S times.",
 )
@@ -149,23 +156,35 @@ def run(
     picture: Picture,
     script: str,
     output: str | None,
+    place: str | None,
     dask: str | None,
     watch: bool,
     open_it: bool,
 ) -> int:
-    """Render SCRIPT as an animation or as pictures."""
+    """Render SCRIPT as a film or as pictures."""
     if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
     target = output_file(script, output, ".gif" if picture.at is None else ".png")
+    by_place = place is not None and (output is None or not target.suffix)
+    named = target.with_suffix("") if output is None and by_place else target
 
     def once(known: Known | None = None) -> int:
-        def work(source: SourceText) -> Outcome:
-            from movimentum.workflow.animate import animate
+        nonlocal target
 
+        def work(source: SourceText) -> Outcome:
             with far_frames(dask, console) as far, console.progress("rendering") as progress:
+                if place is not None:
+                    from movimentum.workflow.publish import publish
+
+                    return publish(
+                        place, source, named, choices, picture, progress, None, known, far, by_place=by_place
+                    )
+                from movimentum.workflow.animate import animate
+
                 return animate(source, target, choices, picture, progress, known=known, elsewhere=far)
 
         outcome = carried_out(console, script, work)
+        target = outcome.target or target
         console.say(f"{target}: {counted(outcome.frames, 'frame')}{_weight(target)}")
         return outcome.exit_code
 

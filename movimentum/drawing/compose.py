@@ -9,13 +9,16 @@ from movimentum.drawing.model import (
     DiscMark,
     Drawing,
     FigureMark,
+    FilmMark,
     FreeArrow,
+    GraphMark,
     ImageMark,
     LinkMark,
     NoteMark,
     OverMark,
     Paint,
     Point,
+    PolodeMark,
     PolylineMark,
     SymbolMark,
     TextMark,
@@ -23,12 +26,17 @@ from movimentum.drawing.model import (
     TraceMark,
 )
 from movimentum.drawing.options import PictureOptions, Show
+from movimentum.drawing.skeletons import joints_of, skeleton_marks, skeleton_of
 from movimentum.drawing.style import ACCENT, BACKGROUND, TRACE_WIDTH, color_of, motion_color
-from movimentum.scene.model import Scene, Thing
+from movimentum.records import replace
+from movimentum.scene.model import AnchorCoordinate, Scene, Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Own
+from movimentum.things.kinds.graph import Axes
 from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.poles import Rolling
 from movimentum.things.kinds.trace import TRACE, Track
+from movimentum.things.kinds.velocities import VELOCITIES
 
 
 def compose(scene: Scene, options: PictureOptions) -> Drawing:
@@ -52,10 +60,11 @@ def compose(scene: Scene, options: PictureOptions) -> Drawing:
         matte=options.background or scene.config.background or BACKGROUND,
         transparent=options.transparent,
         paths=tuple(trace for trace in own if trace.whole),
+        clips=tuple(_clips(scene)),
     )
 
 
-def _things(scene: Scene) -> Iterator[ThingMark]:
+def _things(scene: Scene) -> Iterator[ThingMark | FilmMark]:
     for number in scene.drawing_order():
         thing = scene.things[number]
         if not thing.hidden:
@@ -64,7 +73,21 @@ def _things(scene: Scene) -> Iterator[ThingMark]:
             yield from _marks(scene, thing)
 
 
-def _marks(scene: Scene, thing: Thing) -> Iterator[ThingMark]:
+def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
+    for thing in scene.things:
+        inside = None if thing.clip is None else _mark(scene, scene.things[thing.clip])
+        if inside is not None and not isinstance(inside, FilmMark) and not thing.hidden:
+            yield thing.number, inside
+
+
+def _marks(scene: Scene, thing: Thing) -> Iterator[ThingMark | FilmMark]:
+    skeleton = skeleton_of(scene, thing)
+    if skeleton is not None:
+        yield from skeleton_marks(scene, thing, skeleton)
+        return
+    if thing.kind is VELOCITIES:
+        yield from _velocities(scene, thing)
+        return
     mark = _mark(scene, thing)
     if mark is not None:
         yield mark
@@ -78,7 +101,7 @@ def _paint(thing: Thing) -> Paint:
     return Paint(thing.number, thing.look.paint, thing.look.opacity)
 
 
-def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
+def _mark(scene: Scene, thing: Thing) -> ThingMark | FilmMark | None:
     paint = _paint(thing)
     points = drawn_points(thing) if thing.anchors else ()
     first = points[0] if points else (0.0, 0.0)
@@ -93,13 +116,21 @@ def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
             return PolylineMark(paint, points, look.width, True) if points else None
         case "disc" if is_plain(thing):
             return DiscMark(paint, first, thing.radius or 0.0, look.outline)
-        case "label":
+        case "label" if not thing.through:
             text = thing.text or ""
             return TextMark(paint, text, look.size, first, thing.span, look.align, look.italic, thing.pieces)
         case "line" if is_plain(thing):
             return LinkMark(paint, _through(scene, thing), look.width) if thing.through else None
-        case "trace":
+        case "trace" | "skeleton" | "velocities":
             return None
+        case "polode":
+            return _polode(scene, thing, paint)
+        case "centre" | "inflection":
+            return _symbol(scene, thing, paint)
+        case "graph":
+            assert isinstance(thing.own, Axes)
+            ink, curves = look.ink or INK, len(thing.values) - 1
+            return GraphMark(paint, thing.own, first, curves, look.width, look.size, ink, look.pin_fill, thing.span)
         case _ if thing.is_body:
             parts = body_parts(thing, joints_of(scene, thing))
             return FigureMark(paint, parts) if parts else None
@@ -107,17 +138,39 @@ def _mark(scene: Scene, thing: Thing) -> ThingMark | None:
             return _symbol(scene, thing, paint) if thing.through else None
 
 
-def joints_of(scene: Scene, thing: Thing) -> frozenset[int]:
-    """The numbers of a thing's anchors that joints use."""
-    return frozenset(ref.anchor for ref in scene.joints if ref.thing == thing.number)
-
-
 def _through(scene: Scene, thing: Thing) -> tuple[tuple[int, Point], ...]:
-    return tuple((ref.thing, scene.things[ref.thing].anchors[ref.anchor].local) for ref in thing.through)
+    if thing.about:
+        return tuple((number, scene.things[number].anchors[0].local) for number in thing.about)
+    return tuple((ref.thing, scene.local(ref)) for ref in thing.through)
+
+
+def _polode(scene: Scene, thing: Thing, paint: Paint) -> PolodeMark:
+    own, look = thing.own, thing.look
+    assert isinstance(own, Rolling)
+    first, *others = thing.about
+    carried = first if own.moving else others[0] if others else None
+    places = [anchor.local for each in scene.things if each.is_body for anchor in each.anchors]
+    xs, ys = [x for x, _ in places], [y for _, y in places]
+    size = max(max(xs) - min(xs), max(ys) - min(ys))
+    anchor = (first, scene.things[first].anchors[0].local)
+    return PolodeMark(paint, thing.about, carried, anchor, look.width, look.dash, look.cap, size)
+
+
+def _velocities(scene: Scene, thing: Thing) -> Iterator[SymbolMark]:
+    """An arrow for each point, with the point's name in small letters."""
+    plain = _symbol(scene, thing, _paint(thing))
+    for number, value in enumerate(thing.values):
+        point = value[0].payload if value[0].op == "symbol" else None
+        name = (
+            scene.things[point.thing].anchors[point.anchor].name.lower() if isinstance(point, AnchorCoordinate) else ""
+        )
+        through = ((thing.number, thing.anchors[0].local),)
+        yield replace(plain, through=through, number=number, text=(name,) if name else ())
 
 
 def _symbol(scene: Scene, thing: Thing, paint: Paint) -> SymbolMark:
     look = thing.look
+    ink = look.edge if thing.kind.surface else None
     text = thing.pieces or (None if thing.text is None else (thing.text,) if thing.text else ())
     return SymbolMark(
         paint=paint,
@@ -131,6 +184,7 @@ def _symbol(scene: Scene, thing: Thing, paint: Paint) -> SymbolMark:
         cap=look.cap,
         text=text,
         italic=look.italic,
+        ink=ink,
         span=thing.span,
     )
 
@@ -139,7 +193,7 @@ def _trace(scene: Scene, thing: Thing) -> TraceMark:
     ref = thing.through[0]
     own, look = thing.own, thing.look
     assert isinstance(own, Track)
-    local = scene.things[ref.thing].anchors[ref.anchor].local
+    local = scene.local(ref)
     return TraceMark(ref.thing, local, look.paint, look.width, own.whole, own.tail, _paint(thing), look.dash, look.cap)
 
 

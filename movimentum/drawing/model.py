@@ -17,6 +17,7 @@ from movimentum.records import dataclass
 from movimentum.scene.shown import Piece
 from movimentum.source import Span
 from movimentum.things.kind import Own, ThingKind
+from movimentum.things.kinds.graph import Axes
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,15 +103,43 @@ class DiscMark:
 
 @dataclass(frozen=True, slots=True)
 class FigureMark:
-    """A body made of several ``parts``, back to front, in its local frame; faded as one."""
+    """A body made of several ``parts``, back to front, in its local frame; faded as one. ``carried``: it moves with
+    that thing; ``loose``: a canvas without a size does not become larger for it.
+    """
 
     paint: Paint
     parts: tuple[FigurePart, ...]
+    carried: int | None = None
+    loose: bool = False
 
     @property
     def body(self) -> int:
         """The thing that it moves with."""
-        return self.paint.thing
+        return self.paint.thing if self.carried is None else self.carried
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """What a graph shows: values ``low`` to ``high`` (x, y) in a rectangle of ``sides`` from the local point ``start``.
+    If ``polar``, x is an angle in degrees and y a distance, both from the middle.
+    """
+
+    start: Point
+    sides: Point
+    low: Point
+    high: Point
+    polar: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where a label is: in a ``direction`` (of length 1) from its anchor, its letters ``distance`` world pixels away;
+    if ``turning``, the direction turns with the anchor's body.
+    """
+
+    direction: Point
+    distance: float
+    turning: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +147,11 @@ class SymbolMark:
     """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
 
     ``own`` is what only things of its ``kind`` have. ``through``: (thing number, local point) each; it is drawn while
-    all of them are visible. ``width``: of its lines;
-    ``size``: of the symbol, or of its letters; ``ink`` of its lines where that is not the colour of its paint; ``fill``
-    of what is inside. ``text``: what is written at it instead of its value. ``lengths``: the least and the greatest
-    distance of its points in the whole film, where its parts depend on them.
+    all of them are visible. ``width``: of its lines; ``size``: of the symbol, or of its letters; ``ink`` of its lines
+    where that is not the colour of its paint; ``fill`` of what is inside. ``text``: what is written at it, not its
+    value. ``lengths``: the least and the greatest distance of its points in the whole film, where its parts depend on
+    them. ``spot``: where a label was put; ``field``: that of a graph; ``number``: which of several values it shows;
+    ``room``: the rectangle of the world that is seen (left, bottom, right, top), of what points to its edge.
     """
 
     paint: Paint
@@ -137,6 +167,10 @@ class SymbolMark:
     italic: bool = False
     ink: Color | None = None
     lengths: tuple[float, float] = (0.0, 0.0)
+    spot: Spot | None = None
+    field: Field | None = None
+    number: int = 0
+    room: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     span: Span | None = None
 
 
@@ -181,7 +215,7 @@ class FreeArrow:
 
 @dataclass(frozen=True, slots=True)
 class TraceMark:
-    """The path of a body's local point, from the animation's first frame to the present one.
+    """The path of a body's local point, from the film's first frame to the present one.
 
     With ``tail``, only what was drawn in so much time, and fading. ``whole``: from the first frame on, all that it ever
     draws. ``paint``: of a trace that is a thing of the script.
@@ -198,6 +232,43 @@ class TraceMark:
     cap: str = "round"
 
 
+@dataclass(frozen=True, slots=True)
+class GraphMark:
+    """A graph of the values of thing number ``paint.thing``, with its field's corner at the local point ``start``. Its
+    lines, its letters and its dots take its place as soon as the whole film is known (`drawing.graphs`).
+    """
+
+    paint: Paint
+    axes: Axes
+    start: Point
+    curves: int
+    width: float
+    size: float
+    ink: Color
+    inside: Color
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PolodeMark:
+    """The curve that the pole of ``bodies`` goes through, moving with the thing ``carried`` (None: at rest); a figure
+    takes its place as soon as the whole film is known (`drawing.poles`). ``anchor``: a point of the first body;
+    ``size``: that of the scene as drawn.
+    """
+
+    paint: Paint
+    bodies: tuple[int, ...]
+    carried: int | None
+    anchor: tuple[int, Point]
+    width: float
+    dash: tuple[float, ...]
+    cap: str
+    size: float
+
+
+FilmMark: TypeAlias = GraphMark | PolodeMark
+"""What can only be drawn when the whole film is known."""
+
 ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark | FigureMark | SymbolMark
 """What a thing of the scene looks like."""
 
@@ -210,15 +281,17 @@ class Drawing:
     """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``, then ``overlays``, on
     ``background``.
 
-    ``matte`` is the background colour even if the picture is transparent: what video, which has no transparency, shows.
+    ``clips``: (thing number, the mark inside which that thing is shown). ``matte`` is the background colour even if the
+    picture is transparent: what video, which has no transparency, shows.
     """
 
-    things: tuple[ThingMark, ...]
+    things: tuple[ThingMark | FilmMark, ...]
     traces: tuple[TraceMark, ...]
     overlays: tuple[OverMark, ...]
     matte: Color
     transparent: bool = False
     paths: tuple[TraceMark, ...] = ()
+    clips: tuple[tuple[int, ThingMark], ...] = ()
 
     @property
     def background(self) -> Color | None:

@@ -24,7 +24,7 @@ from movimentum.drawing.model import (
     TraceMark,
 )
 from movimentum.drawing.parts import FigurePart, PartForm, hull
-from movimentum.drawing.style import ARROW_WIDTH, LONGEST, SHORTEST, Color
+from movimentum.drawing.style import ARROW_WIDTH, LONGEST, MIDDLE, SHORTEST, Color
 from movimentum.solver.poses import Poses
 
 
@@ -48,7 +48,8 @@ def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
         case LinkMark() | SymbolMark():
             points = link_points(mark, poses).reshape(len(poses.frames), -1)
             shown = [poses.visible[thing].astype(np.float64)[:, None] for thing, _ in mark.through]
-            return np.concatenate([points, *shown, *_paint_state(mark.paint, poses)], axis=1)
+            turn = [poses.direction[thing] for thing, _ in _turning(mark)]
+            return np.concatenate([points, *shown, *turn, *_paint_state(mark.paint, poses)], axis=1)
         case TraceMark(paint=Paint() as paint):
             return np.concatenate([point_state(mark.body, mark.local, poses), *_paint_state(paint, poses)], axis=1)
         case NoteMark() | TraceMark():
@@ -60,6 +61,11 @@ def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
         case _:
             pose = (poses.origin[mark.body], poses.direction[mark.body])
             return np.concatenate([*pose, *_paint_state(mark.paint, poses)], axis=1)
+
+
+def _turning(mark: LinkMark | SymbolMark) -> tuple[tuple[int, Point], ...]:
+    """What a mark's picture turns with."""
+    return mark.through if isinstance(mark, SymbolMark) and mark.spot is not None and mark.spot.turning else ()
 
 
 def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -> FloatArray:
@@ -82,6 +88,10 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
         case PolylineMark():
             reach = arrow_head(mark.width)[1] if mark.arrow else mark.width / 2.0
             return boxes(_world(poses, mark.body, mark.points), poses.visible[mark.body], reach)
+        case FigureMark() if mark.loose or not mark.parts:
+            return np.full((len(poses.frames), 4), np.nan)
+        case SymbolMark() if mark.kind.loose:
+            return np.full((len(poses.frames), 4), np.nan)
         case FigureMark():
             found = [
                 boxes(_world(poses, mark.body, hull(part.points)), poses.visible[mark.body], _reach(part))
@@ -118,13 +128,17 @@ def _around(found: Sequence[FloatArray]) -> FloatArray:
 
 
 def _symbol_bounds(mark: SymbolMark, poses: Poses) -> FloatArray:
-    from movimentum.drawing.symbols import LETTER, caption, moving_parts, symbol_shown  # only some films have symbols
+    from movimentum.drawing.labels import broad
+    from movimentum.drawing.symbols import caption, moving_parts, symbol_shown  # only some films have symbols
 
     found = [boxes(part.points, part.shown, _reach(part.style)) for part in moving_parts(mark, poses)]
     text = caption(mark, poses)
     if text is not None:
-        half = np.array([[LETTER * len(letters) * mark.size / 2.0, mark.size / 2.0] for letters in text.texts])
-        box = np.concatenate([text.middle - half, text.middle + half], axis=1)
+        half = np.array([[broad(letters, mark.size) / 2.0, mark.size / 2.0] for letters in text.texts])
+        side = {"left": 1.0, "right": -1.0}.get(text.align, 0.0)
+        up = 0.0 if text.align == "middle" else MIDDLE * mark.size
+        middle = text.place + half * np.array([side, 0.0]) + np.array([0.0, up])
+        box = np.concatenate([middle - half, middle + half], axis=1)
         found.append(np.where(symbol_shown(mark, poses)[:, None], box, np.nan))
     return _around(found)
 

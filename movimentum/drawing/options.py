@@ -56,7 +56,8 @@ class PictureOptions:
 
     ``traces``: anchors whose path up to now is drawn. ``motion``: what paths follow between frames (None: straight
     lines), up to the time ``until`` where no more of it is shown. ``free`` is drawn where ``show`` has ``free``.
-    ``max_pixels``: a larger canvas is refused (``limit/pixels``).
+    ``max_pixels``: a larger canvas is refused (``limit/pixels``). ``canvas``: a smaller picture becomes so large, with
+    what the script shows in its middle.
     """
 
     quality: Quality = Quality.STANDARD
@@ -69,6 +70,7 @@ class PictureOptions:
     show: frozenset[Show] = frozenset()
     free: tuple[FreeMark, ...] = ()
     max_pixels: int = MAX_CANVAS_PIXELS
+    canvas: tuple[int, int] | None = None
 
 
 def trace_anchors(scene: Scene, names: tuple[str, ...]) -> tuple[AnchorRef, ...]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.drawing.model import Point, TraceMark
+from movimentum.drawing.model import TraceMark
 from movimentum.drawing.motion import point_state
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
@@ -78,13 +78,25 @@ def _room(found: FloatArray, size: float) -> _Room:
     return room
 
 
+Point3 = Callable[[Poses, Sequence[Fraction]], FloatArray]
+"""(F, 3) of a moving point at the times of the poses: x, y and whether it is shown (else 0)."""
+
+
 def paths(motion: PathMotion, marks: Sequence[TraceMark], times: Sequence[Fraction], off: float) -> list[FloatArray]:
-    """The path of each mark's point: (R, 4) world x, y, 1 where it is visible (else 0) and the time, ascending.
+    """The path of each mark's point; see `curves`."""
+
+    def point(mark: TraceMark) -> Point3:
+        return lambda poses, _: point_state(mark.body, mark.local, poses)
+
+    return curves(motion, [point(mark) for mark in marks], times, off)
+
+
+def curves(motion: PathMotion, points: Sequence[Point3], times: Sequence[Fraction], off: float) -> list[FloatArray]:
+    """The path of each point: (R, 4) world x, y, 1 where it is visible (else 0) and the time, ascending.
 
     ``times`` (ascending, those of frames) all have a row. Between them are so many more that no straight piece is
     farther than ``off`` (world pixels) from the path. Where the point jumps, a row that is not visible stands between.
     """
-    points = [(mark.body, mark.local) for mark in marks]
     known = sorted({*times, *_seeds(motion, times)}) if len(times) > 1 else list(times)
     found = _sampled(motion, points, known)
     frames = set(times)
@@ -128,15 +140,16 @@ def _seeds(motion: PathMotion, times: Sequence[Fraction]) -> list[Fraction]:
     return inside if len(inside) + len(times) < MOST_SAMPLES // 4 else []
 
 
-def _sampled(motion: PathMotion, points: Sequence[tuple[int, Point]], times: Sequence[Fraction]) -> FloatArray:
+def _sampled(motion: PathMotion, points: Sequence[Point3], times: Sequence[Fraction]) -> FloatArray:
     """(T, M, 3): x, y and 1 where it is visible and there is a solution, else 0."""
     found = np.empty((len(times), len(points), 3))
     order = sorted(range(len(times)), key=times.__getitem__)
     for first in range(0, len(times), BATCH):
         some = order[first : first + BATCH]
-        poses = motion.poses_at([times[k] for k in some])
-        for number, (thing, local) in enumerate(points):
-            values = point_state(thing, local, poses)
+        moments = [times[k] for k in some]
+        poses = motion.poses_at(moments)
+        for number, point in enumerate(points):
+            values = point(poses, moments)
             values[:, 2] *= poses.solved
             found[some, number] = values
     return found

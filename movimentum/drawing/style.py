@@ -14,6 +14,8 @@ PAPER: Color = (255, 255, 255)
 MOTIONS: tuple[Color, ...] = (ACCENT, (0, 114, 178), (0, 140, 90), (213, 94, 0), (120, 60, 180), (150, 120, 0))
 """Colours of the free motions, in turn; most colour-blind people can distinguish them (after Okabe & Ito)."""
 
+SERIES: tuple[Color, ...] = ((213, 94, 0), (0, 114, 178), (0, 140, 90), (120, 60, 180), (150, 120, 0))
+"""Colours of the second and further curves of a graph, in turn (after Okabe & Ito)."""
 TRACE_WIDTH = 1.6
 UNITS = 1000
 """Units of a text's outline in the height of its font."""

@@ -7,31 +7,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.areas import area
 from movimentum.drawing.figures import support
+from movimentum.drawing.graphs import dot
+from movimentum.drawing.labels import broad, label_place, leader
+from movimentum.drawing.laid import columns, frame, laid, line, own_of, placed, stroke
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
+from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
+from movimentum.drawing.signs import parallel, right_angle, ticks
 from movimentum.drawing.texts import written
 from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
-from movimentum.things.kind import Own
 from movimentum.things.kinds.arc import Angle
 from movimentum.things.kinds.dimension import Distance
+from movimentum.things.kinds.label import LABEL
 from movimentum.things.kinds.piston import CYLINDER
 from movimentum.things.kinds.spring import Coiled
-from movimentum.tolerances import LEAST_ARROW, NO_REACH
-
-T = TypeVar("T", bound=Own)
+from movimentum.tolerances import LEAST_ARROW
 
 GAP = 4.0
 """World pixels between a dimension's lines and the points that they are about."""
-LETTER = 0.58
-"""Of a font's size: the breadth of a letter, to place a text beside a line."""
 SHORTEST = 1.0
 """World pixels: a shorter arrow is not drawn."""
 _ARC_POINTS = 49
@@ -39,10 +41,13 @@ _ARC_POINTS = 49
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Caption:
-    """An upright text in F frames: the middle (F, 2) of its box, and its letters."""
+    """An upright text in F frames: its place (F, 2), its letters, and what of them is there: the "left", the "center"
+    or the "right" of their baseline, or their "middle".
+    """
 
-    middle: FloatArray
+    place: FloatArray
     texts: list[str]
+    align: str = "middle"
 
 
 def symbol_points(mark: SymbolMark, poses: Poses) -> FloatArray:
@@ -63,15 +68,21 @@ def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
 
 def caption(mark: SymbolMark, poses: Poses) -> Caption | None:
     """What is written at a symbol."""
-    if mark.kind.word not in CAPTIONS or mark.text == ():
+    if mark.text == ():
+        return None
+    if mark.kind is LABEL:
+        words = written(mark.text or (), mark.paint.thing, poses)
+        place, align = label_place(mark, symbol_points(mark, poses), poses, words)
+        return Caption(place, words, align)
+    if mark.kind.word not in CAPTIONS:
         return None
     found = CAPTIONS[mark.kind.word](mark, symbol_points(mark, poses), poses)
     if found is None:
         return None
     texts, middle, away = found
-    broad = np.array([LETTER * len(text) * mark.size / 2.0 for text in texts])
+    half = np.array([broad(text, mark.size) / 2.0 for text in texts])
     # the box of the text touches the line at a distance that changes smoothly with its direction
-    reach = broad * np.abs(away[:, 0]) + 0.42 * mark.size * np.abs(away[:, 1]) + GAP
+    reach = half * np.abs(away[:, 0]) + 0.42 * mark.size * np.abs(away[:, 1]) + GAP
     return Caption(middle + away * reach[:, None], texts)
 
 
@@ -87,12 +98,6 @@ def arc_angles(mark: SymbolMark, points: FloatArray) -> tuple[FloatArray, FloatA
     return begin, np.mod(turn, 360.0) if own_of(mark, Angle).whole else turn
 
 
-def own_of(mark: SymbolMark, own: type[T]) -> T:
-    """What only things of the mark's kind have."""
-    assert isinstance(mark.own, own)
-    return mark.own
-
-
 def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
     """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`analysis.live`)."""
     thing, count = mark.paint.thing, len(poses.frames)
@@ -103,140 +108,108 @@ def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
 # --- shapes ---------------------------------------------------------------------------------------
 
 
-def _stroke(mark: SymbolMark, closed: bool = False) -> FigurePart:
-    return FigurePart(PartForm.STROKE, (), mark.width, None, closed, mark.dash, mark.cap)
-
-
-def _placed(part: FigurePart, where: FloatArray, shown: BoolArray) -> MovingPart:
-    """A part of a figure about the origin, moved to ``where`` (F, 2)."""
-    return MovingPart(replace(part, points=()), where[:, None] + np.array(part.points), shown)
-
-
-def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(F, 2) the direction from the first point to the last, that to its left, and (F,) the distance."""
-    reach = points[:, -1] - points[:, 0]
-    length = np.hypot(reach[:, 0], reach[:, 1])
-    along = np.where(length[:, None] > NO_REACH, reach / np.maximum(length, NO_REACH)[:, None], np.array([1.0, 0.0]))
-    return along, np.stack([-along[:, 1], along[:, 0]], axis=-1), length
-
-
-def _laid(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """(F, P, 2): points ``x`` along the line from the first to the last point and ``y`` to its left, each (F, P)."""
-    along, across, _ = _frame(points)
-    return points[:, :1] + along[:, None] * x[..., None] + across[:, None] * y[..., None]
-
-
-def _columns(count: int, *values: FloatArray | float) -> FloatArray:
-    """(F, P) from P numbers or (F,) arrays."""
-    return np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), count) for value in values], axis=1)
-
-
 def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """Zigzag coils between two straight ends, which are as long as the breadth, or less in a short spring."""
-    _, _, length = _frame(points)
+    _, _, length = frame(points)
     coils, count = own_of(mark, Coiled).coils, len(length)
     end = np.minimum(0.7 * mark.size, 0.15 * length)
     part = (np.arange(2 * coils) + 0.5) / (2 * coils)
     inner = end[:, None] + (length - 2.0 * end)[:, None] * part
     sides = np.where(np.arange(2 * coils) % 2 == 0, 0.5, -0.5) * mark.size
-    x = np.concatenate([_columns(count, 0.0, end), inner, _columns(count, length - end, length)], axis=1)
+    x = np.concatenate([columns(count, 0.0, end), inner, columns(count, length - end, length)], axis=1)
     y = np.broadcast_to(np.concatenate([[0.0, 0.0], sides, [0.0, 0.0]]), x.shape)
-    yield MovingPart(_stroke(mark), _laid(points, x, y), shown)
+    yield MovingPart(stroke(mark), laid(points, x, y), shown)
 
 
 def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """A barrel at the first point, as long as the shortest distance allows, and a rod from the last one into it."""
-    _, _, length = _frame(points)
+    _, _, length = frame(points)
     count, half = len(length), mark.size / 2.0
     shortest, longest = mark.lengths if mark.lengths[1] > 0.0 else (float(length.min()), float(length.max()))
     tang = min(0.6 * mark.size, 0.15 * shortest)
     barrel = max(shortest - tang, 0.3 * shortest) if longest > 1.02 * shortest else 0.62 * shortest
-    rod = _stroke(mark)
+    rod = stroke(mark)
     # the piston is never outside: its rod is as long as the barrel, or what the greatest distance leaves
     reach = max(longest - 0.92 * barrel, min(0.7 * shortest, longest - tang))
     piston = np.clip(length - reach, tang + 0.12 * (barrel - tang), 0.92 * barrel)
     if mark.kind is CYLINDER:
         thick = replace(rod, width=0.36 * mark.size)
-        yield MovingPart(replace(thick, color=None), _line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
+        yield MovingPart(replace(thick, color=None), line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
         thin = replace(rod, width=max(0.36 * mark.size - 2.0 * mark.width, 0.1), color=mark.fill)
-        yield MovingPart(thin, _line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
+        yield MovingPart(thin, line(points, count, (0.9 * barrel, 0.0), (length, 0.0)), shown)
         corners = ((tang, -half), (barrel, -half), (barrel, half), (tang, half))
-        yield MovingPart(FigurePart(PartForm.FILL, (), color=mark.fill), _line(points, count, *corners), shown)
-        yield MovingPart(_stroke(mark, closed=True), _line(points, count, *corners), shown)
-        yield MovingPart(rod, _line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
+        yield MovingPart(FigurePart(PartForm.FILL, (), color=mark.fill), line(points, count, *corners), shown)
+        yield MovingPart(stroke(mark, closed=True), line(points, count, *corners), shown)
+        yield MovingPart(rod, line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
         return
     cup = ((barrel, half), (tang, half), (tang, -half), (barrel, -half))
-    yield MovingPart(rod, _line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
-    yield MovingPart(rod, _line(points, count, *cup), shown)
-    yield MovingPart(rod, _line(points, count, (piston, 0.0), (length, 0.0)), shown)
+    yield MovingPart(rod, line(points, count, (0.0, 0.0), (tang, 0.0)), shown)
+    yield MovingPart(rod, line(points, count, *cup), shown)
+    yield MovingPart(rod, line(points, count, (piston, 0.0), (length, 0.0)), shown)
     thick = replace(rod, width=2.2 * mark.width, cap="butt")
-    yield MovingPart(thick, _line(points, count, (piston, 0.72 * half), (piston, -0.72 * half)), shown)
-
-
-def _line(points: FloatArray, count: int, *corners: tuple[FloatArray | float, FloatArray | float]) -> FloatArray:
-    return _laid(points, _columns(count, *(x for x, _ in corners)), _columns(count, *(y for _, y in corners)))
+    yield MovingPart(thick, line(points, count, (piston, 0.72 * half), (piston, -0.72 * half)), shown)
 
 
 def _slide(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """Two guides beside the line, each with hatches on its outer side."""
-    _, _, length = _frame(points)
+    _, _, length = frame(points)
     count, half, deep = len(length), mark.size / 2.0, 0.3 * mark.size
     hatches = max(2, min(400, round((mark.lengths[1] or float(length.max())) / (0.42 * mark.size))))
-    thin = replace(_stroke(mark), width=0.7 * mark.width)
+    thin = replace(stroke(mark), width=0.7 * mark.width)
     for side in (1.0, -1.0):
         guide = (0.0, side * half), (length, side * half)
         for number in range(hatches):
             x = length * ((number + 0.8) / hatches)
             ends = (x, side * half), (x - 0.8 * deep, side * (half + deep))
-            yield MovingPart(thin, _line(points, count, *ends), shown)
-        yield MovingPart(_stroke(mark), _line(points, count, *guide), shown)
+            yield MovingPart(thin, line(points, count, *ends), shown)
+        yield MovingPart(stroke(mark), line(points, count, *guide), shown)
 
 
 def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """A line beside the two points with a head at each end, and lines from the points to it."""
-    _, _, length = _frame(points)
+    _, _, length = frame(points)
     count, offset = len(length), own_of(mark, Distance).offset
     side = math.copysign(1.0, offset)
     if abs(offset) > GAP:
         for x in (np.zeros(count), length):
             ends = (x, side * GAP), (x, offset + side * GAP)
-            yield MovingPart(replace(_stroke(mark), width=0.7 * mark.width), _line(points, count, *ends), shown)
+            yield MovingPart(replace(stroke(mark), width=0.7 * mark.width), line(points, count, *ends), shown)
     head, broad = np.minimum(7.0 * mark.width, 0.4 * length), 2.0 * mark.width
     inner = (0.6 * head, offset), (length - 0.6 * head, offset)
-    yield MovingPart(replace(_stroke(mark), cap="butt"), _line(points, count, *inner), shown)
+    yield MovingPart(replace(stroke(mark), cap="butt"), line(points, count, *inner), shown)
     for tip, back in ((np.zeros(count), head), (length, length - head)):
         corners = (tip, offset), (back, offset + broad), (back, offset - broad)
-        yield MovingPart(FigurePart(PartForm.FILL, ()), _line(points, count, *corners), shown)
+        yield MovingPart(FigurePart(PartForm.FILL, ()), line(points, count, *corners), shown)
 
 
 def _arc(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     begin, turn = arc_angles(mark, points)
     angles = np.radians(begin[:, None] + turn[:, None] * np.linspace(0.0, 1.0, _ARC_POINTS))
     circle = own_of(mark, Angle).radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    yield MovingPart(_stroke(mark), points[:, 1:2] + circle, shown)
+    yield MovingPart(stroke(mark), points[:, 1:2] + circle, shown)
 
 
 def _arrow(mark: SymbolMark, points: FloatArray, shown: BoolArray, poses: Poses) -> Iterator[MovingPart]:
     """A shaft and a head; what is shorter than its head has a smaller one."""
     ends = np.stack([points[:, 0], points[:, 0] + arrow_of(mark, poses)], axis=1)
-    _, _, length = _frame(ends)
+    _, _, length = frame(ends)
     count, shown = len(length), shown & (length >= SHORTEST)
     head = np.minimum(4.5 * mark.width, length)
     broad = 1.8 * mark.width * head / (4.5 * mark.width)
     yield MovingPart(
-        replace(_stroke(mark), cap="butt"), _line(ends, count, (0.0, 0.0), (length - 0.6 * head, 0.0)), shown
+        replace(stroke(mark), cap="butt"), line(ends, count, (0.0, 0.0), (length - 0.6 * head, 0.0)), shown
     )
     corners = (length, 0.0), (length - head, broad), (length - head, -broad)
-    yield MovingPart(FigurePart(PartForm.FILL, ()), _line(ends, count, *corners), shown)
+    yield MovingPart(FigurePart(PartForm.FILL, ()), line(ends, count, *corners), shown)
 
 
 def _ground(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     for part in support((0.0, 0.0), mark.size, mark.width, mark.fill, mark.ink):
-        yield _placed(part, points[:, 0], shown)
+        yield placed(part, points[:, 0], shown)
 
 
 def _polyline(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
-    yield MovingPart(_stroke(mark), points, shown)
+    yield MovingPart(stroke(mark), points, shown)
 
 
 SYMBOLS: dict[str, Callable[[SymbolMark, FloatArray, BoolArray, Poses], Iterator[MovingPart]]] = {
@@ -249,6 +222,15 @@ SYMBOLS: dict[str, Callable[[SymbolMark, FloatArray, BoolArray, Poses], Iterator
     "dimension": _dimension,
     "arc": _arc,
     "vector": _arrow,
+    "label": leader,
+    "graph": dot,
+    "velocities": velocity,
+    "centre": centre,
+    "inflection": inflection,
+    "area": area,
+    "right": right_angle,
+    "ticks": ticks,
+    "parallel": parallel,
 }
 """The word of a kind -> what is drawn at (F, P, 2) points, where it is shown (F,)."""
 
@@ -260,7 +242,7 @@ Placed: TypeAlias = tuple[list[str], FloatArray, FloatArray]
 
 
 def _distance(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed:
-    _, across, length = _frame(points)
+    _, across, length = frame(points)
     own = own_of(mark, Distance)
     texts = _values(mark, poses, length, own.places, "")
     return texts, points.mean(axis=1) + across * own.offset, across * math.copysign(1.0, own.offset)
@@ -282,10 +264,31 @@ def _beside(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None
     return written(mark.text, mark.paint.thing, poses), points[:, 0] + arrow, arrow / length[:, None]
 
 
+def _at_pole(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None:
+    if mark.text is None:
+        return None
+    where, direction, outside = pole_place(mark, poses)
+    aside = np.tile([math.sqrt(0.5), math.sqrt(0.5)], (len(where), 1))
+    away = np.where(outside[:, None], -direction, aside)
+    start = where + away * np.where(outside, 24.0, 3.0)[:, None]
+    return written(mark.text, mark.paint.thing, poses), start, away
+
+
+def _at_tip(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed | None:
+    if mark.text is None:
+        return None
+    tip, _ = velocity_tip(mark, points, poses)
+    arrow = tip - points[:, 0]
+    length = np.maximum(np.hypot(arrow[:, 0], arrow[:, 1]), LEAST_ARROW)
+    return written(mark.text, mark.paint.thing, poses), tip, arrow / length[:, None]
+
+
 CAPTIONS: dict[str, Callable[[SymbolMark, FloatArray, Poses], Placed | None]] = {
     "dimension": _distance,
     "arc": _angle,
     "vector": _beside,
+    "centre": _at_pole,
+    "velocities": _at_tip,
 }
 """The word of a kind -> what is written at it."""
 

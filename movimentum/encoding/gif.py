@@ -24,6 +24,7 @@ from movimentum.rendering.stamps import Box, Frame, around
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
+ANIMATED_AREA = 100_000_000  # pixels of all frames: of a GIF with more, Wikipedia's thumbnails stand still
 _LONGEST_DELAY = 65535
 _CLEAR = 8  # of 255: what is less opaque cannot be seen
 _WAYS, _MOST, _ALIKE = 5, 4, 1.1  # ways to code a frame; how many are tried, if they are that near to the shortest
@@ -210,8 +211,8 @@ def written(now: Indices, changed: NDArray[np.bool_], ways: Iterable[int]) -> It
 
 class GifWriter:
     """``clock`` ticks 100 times a second; ``end``: the number of frames, and the tick at which the
-    last one ends. ``loop``: plays, 0 for ever. ``missed``, ``worst`` and ``cut``: of the frame that has most, see
-    `FramePiece`.
+    last one ends. ``loop``: plays, 0 for ever. ``frames``: how many were written. ``missed``, ``worst`` and ``cut``: of
+    the frame that has most, see `FramePiece`.
     """
 
     def __init__(
@@ -224,7 +225,7 @@ class GifWriter:
         loop: int,
         transparent: bool,
     ) -> None:
-        self.missed = self.worst = self.cut = 0
+        self.missed = self.worst = self.cut = self.frames = 0
         self._stream = stream
         self._size = size
         self._palette = palette
@@ -250,6 +251,7 @@ class GifWriter:
         last_frame, last_tick = self._end
         until = last_tick if end == last_frame else self._clock.at(end)
         for delay in parts(until - self._clock.at(first), _LONGEST_DELAY):
+            self.frames += 1
             self._stream.write(struct.pack("<BBBBHBB", 0x21, 0xF9, 4, self._graphics, max(2, delay), 0, 0))
             where = (box.left, box.top, box.right - box.left, box.bottom - box.top)
             self._stream.write(struct.pack("<BHHHHB", 0x2C, *where, 0) + piece.data)

@@ -1,4 +1,4 @@
-"""One palette for a whole animation, and pictures as indices into it.
+"""One palette for a whole film, and pictures as indices into it.
 
 Colours that the film is known to have (see `encoding.tints`) have places of their own; what is left goes to the colours
 of sampled frames: edges, which are mixtures, and images. If all of them fit, all are exact. Otherwise they are split by

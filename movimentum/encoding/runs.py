@@ -214,7 +214,7 @@ class _Crew:
 
 
 def _coded_elsewhere(painter: Painter, coder: Coder, source: PoseSource, workers: int) -> Generator[Pieces, None, None]:
-    from multiprocessing.connection import wait  # 5 ms that a short animation does not need
+    from multiprocessing.connection import wait  # 5 ms that a short film does not need
 
     waiting = runs(source)
     done: dict[int, Pieces] = {}

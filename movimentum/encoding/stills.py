@@ -49,7 +49,7 @@ def _piece(image: Image.Image, data: bytes) -> FramePiece:
 class SequenceWriter:
     """Numbered files in ``folder``: ``pattern`` holds one ``%d`` (or ``%04d``), filled with the frame's number.
 
-    ``numbers``: frame numbers by position; files have the frame numbers of the whole animation.
+    ``numbers``: frame numbers by position; files have the frame numbers of the whole film.
     """
 
     def __init__(self, folder: Path, pattern: str, numbers: list[int]) -> None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from decimal import ROUND_FLOOR, Context
 from fractions import Fraction
+from math import ceil, floor, sqrt
 from pathlib import Path
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.encoding.gif import FASTEST, SEEN, GifWriter
+from movimentum.encoding.gif import ANIMATED_AREA, FASTEST, SEEN, GifWriter
 from movimentum.encoding.palette import MOST
 from movimentum.terminal import typed
 from movimentum.text import counted
 
-HEAVY = "render/weight"
+HEAVY, AREA = "render/weight", "render/gif-area"
 _HEAVY = 1_000_000  # bytes
+_FOUR_DIGITS, _SHRUNK = Context(prec=4, rounding=ROUND_FLOOR), 0.99
+_SLOWEST = 5  # frames a second: fewer are no film
 _FEW = 25  # pixels: fewer wrong ones are not seen
 
 
@@ -22,7 +27,7 @@ def too_fast(fps: Fraction) -> Diagnostic:
         "render/gif-rate",
         Severity.WARNING,
         f"GIF shows at most {FASTEST} frames a second: {float(fps):g} are thinned out to {FASTEST}",
-        notes=("browsers slow faster animations down to 10 frames a second",),
+        notes=("browsers slow faster films down to 10 frames a second",),
         helps=(f"--fps {FASTEST}", "-o out.webp"),
     )
 
@@ -54,6 +59,41 @@ def weight(size: int, path: Path, frames: int, picture: tuple[int, int], fps: Fr
         "--scale 0.7",
     )
     return [Diagnostic(HEAVY, Severity.NOTE, f"`{path.name}` has {size / 1e6:.1f} MB: {each}", helps=helps)]
+
+
+def area(path: Path, frames: int, size: tuple[int, int], scale: float, fps: Fraction) -> list[Diagnostic]:
+    """That a GIF has so many pixels that thumbnails of it stand still, and what brings it below."""
+    width, height = size
+    if width * height * frames <= ANIMATED_AREA:
+        return []
+    smaller = largest_scale(lambda s: _at(size, s / scale), frames, scale, ANIMATED_AREA)
+    slower = floor(fps * ANIMATED_AREA / (width * height * frames))
+    whole = f"{counted(frames, 'frame')} of {width} x {height} pixels, {width * height * frames / 1e6:,.0f} megapixels"
+    note = f"of GIFs over {ANIMATED_AREA // 10**6} megapixels, counted over all frames, Wikipedia shows only a still"
+    helps = (f"--scale {smaller:.4g}", *((f"--fps {slower}",) if slower >= _SLOWEST else ()))
+    return [Diagnostic(AREA, Severity.NOTE, f"`{path.name}` has {whole}", notes=(note,), helps=helps)]
+
+
+def _at(size: tuple[int, int], factor: float) -> tuple[int, int]:
+    """A picture's size, and a pixel for rounding."""
+    width, height = (max(1, ceil(side * factor)) for side in size)
+    return width, height
+
+
+def largest_scale(size: Callable[[float], tuple[int, int]], frames: int, scale: float, most: int) -> float:
+    """The largest scale that can be typed, up to ``scale``, at which ``frames`` pictures have no more than ``most``
+    pixels together. ``size``: from a scale to a picture's width and height.
+    """
+    while True:
+        width, height = size(scale)
+        if width * height * frames <= most or width * height == 1:
+            return scale
+        scale = short(scale * min(_SHRUNK, sqrt(most / (width * height * frames))))
+
+
+def short(scale: float) -> float:
+    """A scale that can be typed, not larger."""
+    return float(_FOUR_DIGITS.create_decimal(repr(scale)))
 
 
 def _as_webp(path: Path) -> str:

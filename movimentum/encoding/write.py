@@ -144,7 +144,7 @@ def write_animation(
 ) -> WriteReport:
     """Draw all frames of ``source`` and write them to ``path``, whose suffix gives the format (see `check_output`).
 
-    Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the animation is played, 0 for
+    Frame k (by position in ``source``) is shown from k / ``fps``. ``loop``: how often the film is played, 0 for
     ever (not in video). Of a GIF, ``lossy``: levels of a channel by which its colours may be off, so that it is
     smaller; ``matte``: the colour that half-transparent pixels are blended with. ``workers``: processes that
     draw; None: chosen automatically. The bytes written do not depend on it, nor on whether they are drawn
@@ -273,6 +273,7 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
         size = stream.tell()
     warnings += told.colors(writer, job.lossy, path)
     warnings += told.weight(size, path, job.total, painter.size, job.fps, job.lossy)
+    warnings += told.area(path, writer.frames, painter.size, painter.view.scale, job.fps)
     return job.report([path], Fraction(end, 100), workers, *warnings)
 
 
@@ -379,7 +380,8 @@ FORMATS: dict[str, OutputFormat] = {
     ".jpeg": _JPEG,
     ".apng": OutputFormat("APNG", _write_boxes, ApngCoder, ApngWriter),
     ".webp": OutputFormat("WebP", _write_boxes, WebpCoder, WebpWriter, largest=webp.LARGEST, instead_of=(".avif",)),
-    ".svg": OutputFormat("SVG", None, instead_of=(".pdf", ".eps", ".ps")),
+    ".svg": OutputFormat("SVG", None),
+    ".pdf": OutputFormat("PDF", None, instead_of=(".eps", ".ps")),
     ".html": OutputFormat("HTML", None, instead_of=(".htm", ".xhtml")),
     ".mp4": OutputFormat("MP4", _write_video, instead_of=(".avi", ".mov", ".mkv", ".mpg", ".mpeg", ".m4v")),
     ".webm": OutputFormat("WebM", _write_video, instead_of=(".ogv",)),

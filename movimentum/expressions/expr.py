@@ -23,6 +23,7 @@ atand atan2d   inverse tangent in degrees; atan2d(y, x) in (-180, 180]
 abs min max floor mod exp ln    as usual; mod takes the sign of its divisor
 ease           smooth 0 -> 1 for u in [0, 1] (3u^2 - 2u^3), constant outside
 le             le(e, b, v, w): v where e <= b, else w
+table          what a table says of its argument [`tables.Table`]
 progress       how far through its step a moment is, ``.s`` [(begin, end)];
                the timeline replaces it by a const or a function of a clock
 integral       of its argument over time from an instant to now [Fraction]

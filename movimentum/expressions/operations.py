@@ -20,7 +20,7 @@ from movimentum.records import dataclass
 _DEGREE = const(RADIANS)
 _PER_RADIAN = const(1.0 / RADIANS)
 
-Derivative = Callable[[Expr, Sequence[Expr]], Expr]
+Derivative = Callable[[Any, Sequence[Expr]], Expr]
 """From a node and the derivatives of its arguments to its own."""
 
 
@@ -34,7 +34,8 @@ class Operation:
 
     ``value`` takes an arithmetic and its numbers; None: each arithmetic has its own. If a function has a kink (abs,
     min, floor, ranges), the ``derivative`` is that of the current piece. ``word`` is its name in a script's function
-    call; operations without a name are written differently. ``pow`` also takes the payload of its node, the exponent.
+    call; operations without a name are written differently. Some also take the payload of their node, as ``pow`` its
+    exponent.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Operation:
     derivative: Derivative
     word: str | None = None
     value: Value | None = None
+    payload: bool = False
 
 
 def power(a: Expr, exponent: float) -> Expr:
@@ -54,9 +56,9 @@ def power(a: Expr, exponent: float) -> Expr:
     return _folded(folded) if a.value is not None else folded
 
 
-def call(op: str, *args: Expr) -> Expr:
-    """A function of the table above, folded if all arguments are constant and the value is finite."""
-    node = Expr(op, args)
+def call(op: str, *args: Expr, payload: Hashable = None) -> Expr:
+    """A function of the table below, folded if all arguments are constant and the value is finite."""
+    node = Expr(op, args, payload)
     if op in ("integral", "derivative"):
         raise ValueError(f"{op} has a constructor of its own")
     return _folded(node) if args and all(arg.value is not None for arg in args) else node
@@ -132,7 +134,7 @@ OPERATIONS = (
     ),
     Operation("div", 2, _quotient_rate),
     Operation("neg", 1, lambda node, d: neg(d[0]), value=lambda m, a: -a),
-    Operation("pow", 1, _power_rate),
+    Operation("pow", 1, _power_rate, payload=True),
     Operation("sqrt", 1, lambda node, d: div(d[0], mul(const(2.0), node)), "sqrt"),
     Operation("sind", 1, lambda node, d: mul(mul(_DEGREE, call("cosd", *node.args)), d[0]), "sin"),
     Operation("cosd", 1, lambda node, d: neg(mul(mul(_DEGREE, call("sind", *node.args)), d[0])), "cos"),
@@ -161,6 +163,10 @@ OPERATIONS = (
     Operation("ln", 1, lambda node, d: div(d[0], node.args[0]), "ln"),
     Operation("ease", 1, _ease_rate, "ease", _ease),
     Operation("le", 4, lambda node, d: call("le", node.args[0], node.args[1], d[2], d[3])),
+    Operation(
+        "table", 1, lambda node, d: mul(node.payload.rate(node.args[0]), d[0]), value=lambda m, u, table: table.at(u),
+        payload=True,
+    ),
 )  # fmt: skip
 """All of them; leaves, integrals and derivatives are not operations, see `Expr`."""
 

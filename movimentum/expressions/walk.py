@@ -86,7 +86,7 @@ def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
         case "reduction":
             return Expr("reduction", args, node.payload)
         case _:
-            return call(node.op, *args)
+            return call(node.op, *args, payload=node.payload)
 
 
 def substitute(root: Expr, replace: Callable[[Expr], Expr | None], memo: dict[Expr, Expr] | None = None) -> Expr:

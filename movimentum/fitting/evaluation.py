@@ -32,7 +32,7 @@ from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import Across, column
+from movimentum.solver.kinds.across import Across, problem_at
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.kinds.winding import wound
 from movimentum.tolerances import LEAST_DIVISOR
@@ -177,17 +177,15 @@ def solved_at(
 
 
 def _loop(block: Newton, run: SegmentRun, moment: Across, nearest: IntArray) -> None:
-    scale, state, clocks = moment.scale(block), moment.state, moment.instants.clocks
+    scale, state = moment.scale(block), moment.state
     guess = [_picked(run.state[n], nearest, len(run.grid.instants)) for n in block.core]
     found = np.stack([np.broadcast_to(each, nearest.shape) for each in guess], axis=-1).copy()
     for a in range(nearest.shape[1]):
-        inner = [column(value, a) for value in state]
-        here = [np.broadcast_to(clock, nearest.shape)[:, a : a + 1] for clock in clocks]
-        x, converged, _ = newton_across(block, inner, here, found[:, a], scale)
+        x, converged, _ = newton_across(problem_at(moment, block, a, scale), found[:, a])
         found[:, a] = np.where(converged[:, None], x, np.nan)
     for j, n in enumerate(block.core):
         state[n] = found[..., j]
-    fill_explicit(block, state, clocks)
+    fill_explicit(block, state, moment.instants.clocks)
 
 
 def _picked(value: Any, nearest: IntArray, count: int) -> Any:
@@ -258,8 +256,8 @@ class TogetherEvaluator:
         pattern, formulas = self.batch.pattern, self.formulas
         if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
             raise NotTogether("what the goals are about")
-        if any(segment.integrates for segment in pattern.segments):
-            raise NotTogether("integrals")
+        if any(segment.integrates or segment.drifting for segment in pattern.segments):
+            raise NotTogether("integrals, or free motions")
         names, unfolding, payloads = pattern.names, pattern.unfolding, formulas.payloads
         self.anchors = AnchorSlopes(pattern.scene, names, unfolding, payloads)
         self.segments = [

@@ -14,7 +14,7 @@ from movimentum.fitting.programming import Program
 from movimentum.fitting.single import SingleMotion
 from movimentum.fitting.timing import varied_names
 from movimentum.records import dataclass, field, replace
-from movimentum.scene.model import Claim, Relation
+from movimentum.scene.model import Claim, Purpose, Relation
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import AT_AN_END, GAIN_WORTH_A_NOTE, LEAST_DIVISOR, ROUNDED_UP
 from movimentum.variants.outcomes import VariantOutcome
@@ -214,3 +214,46 @@ def cost_of(fitted: Fitted, motion: SingleMotion) -> float | None:
     """The weighted sum of squares of what goals miss by, and of what is to be small; None where nothing moves."""
     sides: FloatArray = motion.sides[None]
     return float(fitted.problem.search.merit.cost(sides)[0]) if np.isfinite(sides).all() else None
+
+
+def fit_text(found: Fitted) -> str:
+    """What is printed: constants before and after, what each goal misses by, each requirement."""
+    job = found.problem.job
+    lines: list[str] = []
+    if found.problem.reason is not None:
+        lines.append(f"(variants were solved one by one: {found.problem.reason})")
+    width = max(map(len, job.names))
+    for name, before, after in zip(job.names, found.before.tolist(), found.after.tolist(), strict=True):
+        lines.append(f"{name:<{width}} = {number(after, 10)}   (was {number(before, 10)})")
+    before, after = (aim_outcomes(found, motion) for motion in (found.first, found.last))
+    for purpose, title in ((Purpose.GOAL, "goals"), (Purpose.REQUIREMENT, "requirements")):
+        own = [(a, b) for a, b in zip(before, after, strict=True) if a.claim.purpose is purpose]
+        if own:
+            lines.append(f"{title}:")
+        for was, now in own:
+            told = _off(now, purpose is Purpose.GOAL)
+            moved = was.rms is not None or was.value is not None
+            earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
+            lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
+    if len(found.others):
+        lines.append(f"{counted(len(found.others), 'other solution')}, equally good:")
+        rows = ([f"{n} = {number(v, 8)}" for n, v in zip(job.names, r, strict=True)] for r in found.others.tolist())
+        lines += ["  " + ", ".join(row) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _off(outcome: AimOutcome, goal: bool) -> str:
+    if outcome.value is not None:
+        return number(outcome.value)
+    if outcome.worst is None or outcome.rms is None:
+        return "it does not move"
+    when = "" if outcome.time is None else f" at t = {time_text(outcome.time)}"
+    if goal:
+        if outcome.time is None:
+            return f"off by {number(max(outcome.rms, 0.0))}"
+        return (
+            f"off by {number(outcome.rms)} (root of the mean square), {number(max(outcome.worst, 0.0))} at most{when}"
+        )
+    if outcome.worst <= 0.0:
+        return f"holds, with {number(-outcome.worst)} to spare{when}"
+    return f"off by {number(outcome.worst)}{when}"

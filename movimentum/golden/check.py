@@ -178,7 +178,7 @@ def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[D
         return
     if count != frames:
         now, before = counted(count, "frame"), counted(frames, "frame")
-        yield _error("golden/changed", f"the animation has {now}, it had {before}")
+        yield _error("golden/changed", f"the film has {now}, it had {before}")
         return
     poses = made.poses()
     table = _table(golden, header, len(poses.frames))

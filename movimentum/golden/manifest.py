@@ -15,7 +15,7 @@ FORMAT = 1
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What ``golden.json`` says: how many ``frames`` the animation had, of which there are ``pictures``, and who drew
+    """What ``golden.json`` says: how many ``frames`` the film had, of which there are ``pictures``, and who drew
     them.
     """
 

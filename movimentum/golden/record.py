@@ -26,7 +26,7 @@ from movimentum.workflow.read import read, reads
 from movimentum.workflow.stages import Solution, arranged, solved, understand
 
 MOST_FRAMES = 2000
-"""Rows of a table; for a longer animation every second, third, … frame is kept."""
+"""Rows of a table; for a longer film every second, third, … frame is kept."""
 MOST_PICTURES = 12
 
 

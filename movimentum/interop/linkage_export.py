@@ -36,7 +36,7 @@ def linkage_of(
     vertices: list[tuple[float, float]] = []
     for joint in joints:
         place = poses.world(joint.first.thing, scene.things[joint.first.thing].anchors[joint.first.anchor].local)[0]
-        vertices.append(joint.fixed or (float(place[0]) + 0.0, float(place[1]) + 0.0))
+        vertices.append(joint.fixed or (_clean(place[0]), _clean(place[1])))
     rods: dict[frozenset[int], tuple[int, int]] = {}
     corners: list[tuple[int, int, int]] = []
     for thing in scene.things:
@@ -69,6 +69,11 @@ def linkage_of(
     degrees = tuple(turn(vertices, corner) for corner in corners)
     linkage = Linkage(tuple(vertices), tuple(rods.values()), fixed, tuple(corners), degrees)
     return linkage, tuple(joint.told(scene) for joint in joints), tuple(left_out)
+
+
+def _clean(value: float) -> float:
+    """Without the last digits, which are the solver's rounding: 210 for 209.99999999999997."""
+    return float(f"{value:.13g}") + 0.0
 
 
 def _is_joint(constraint: Constraint, of_anchor: dict[AnchorRef, int]) -> bool:

@@ -47,6 +47,7 @@ class FileKind(StrEnum):
     FORMULAS = "formulas"
     PMKS = "pmks"
     LINKAGE2 = "linkage2"
+    DXF = "dxf"
 
     @property
     def told(self) -> str:
@@ -57,9 +58,11 @@ class FileKind(StrEnum):
             "formulas": "a formula",
             "pmks": "a text file of PMKS",
             "linkage2": "a file of the program Linkage",
+            "dxf": "a drawing in DXF",
         }[self]
 
 
+_DXF = re.compile(r"(?:\s*999[^\S\r\n]*\r?\n[^\r\n]*\r?\n)*\s*0[^\S\r\n]*\r?\n\s*SECTION\b")
 _LINKAGE2 = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?<linkage2\b")
 _PMKS = re.compile(
     r"(?:^|[\r\n])[ \t]*\w+(?:[ \t]*[, \t][ \t]*\w+)*[ \t]*[, \t][ \t]*(?:RP|R|P|G)[ \t]*[, \t][ \t]*[-+.\d]"
@@ -86,6 +89,8 @@ def kind_of(source: SourceText) -> FileKind:
     text = without_comments(source.text)
     if _MECHANISM.match(text):
         return FileKind.MECHANISM
+    if _DXF.match(source.text):
+        return FileKind.DXF
     if _LINKAGE2.match(source.text):
         return FileKind.LINKAGE2
     if _PMKS.search(text):
@@ -115,7 +120,7 @@ def kind_of(source: SourceText) -> FileKind:
 def not_a_script(source: SourceText) -> Diagnostic | None:
     """What is wrong with another program's file where a script is expected; None if it may be meant as a script."""
     text = without_comments(source.text)
-    foreign = any(beginning.match(text) for beginning in (_MECHANISM, _TRIANGLE, _LINKAGE2, _PMKS))
+    foreign = any(beginning.match(text) for beginning in (_MECHANISM, _TRIANGLE, _LINKAGE2, _PMKS, _DXF))
     foreign |= _SECTION.match(text) is not None and _VERTICES.search(text) is not None
     if not foreign or _SCRIPT.search(text):
         return None

@@ -34,6 +34,10 @@ def script_of(
 
             mechanism, found = read_linkage2(source)
             return linkage2_script(mechanism, title), found
+        case FileKind.DXF:
+            from movimentum.interop.dxf import dxf_script
+
+            return dxf_script(source, title)
         case FileKind.LINKAGE:
             from movimentum.interop.linkages import linkage_script, read_linkage
 

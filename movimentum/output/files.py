@@ -18,7 +18,10 @@ from movimentum.errors import UsageError
 from movimentum.output import parts
 from movimentum.terminal import typed
 
+WINDOWS = os.name == "nt"
+_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|(com|lpt)[0-9¹²³]) *(\.|$)")
 # The errors of a write that are not our fault; any other OSError in a stage is a bug and stays one.
+_WINDOWS_MARK = b"\xef\xbb\xbf"
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
@@ -47,6 +50,17 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
             part.replace(target)
         finally:
             parts.discard(str(part))
+
+
+def write_script(path: Path, text: str) -> None:
+    """Write a script, whole or not at all; `UsageError` if that cannot be done. A mark at its beginning stays."""
+    try:
+        with path.open("rb") as stream:
+            marked = stream.read(3) == _WINDOWS_MARK
+    except (OSError, ValueError):
+        marked = False
+    with whole_file(path) as part:
+        part.write_bytes((_WINDOWS_MARK if marked else b"") + text.encode("utf-8"))
 
 
 @contextmanager
@@ -188,6 +202,8 @@ def _target(path: Path) -> Path:
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
     except ValueError as problem:  # a name with a null byte, or with what no name can hold
         raise unwritable(ascii(str(path)), "no file has such a name") from problem
+    if WINDOWS and _DEVICE.match(path.name):
+        raise unwritable(path, "Windows keeps this name for a device", f"-o {typed(path.with_name(f'my-{path.name}'))}")
     if folder:
         raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
     if protected:
@@ -214,5 +230,8 @@ def explained(path: Path, part: Path) -> Generator[None, None, None]:
         raise
     except OSError as problem:
         if problem.errno in FULL or str(problem.filename).startswith(str(part)):
+            if isinstance(problem, PermissionError) and problem.filename2 is not None:  # Windows, at the last moment
+                reason = "it cannot be replaced; perhaps another program has it open"
+                raise unwritable(path, reason, f"-o {typed(path.with_stem(f'{path.stem}-2'))}") from problem
             raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
         raise

@@ -12,7 +12,7 @@ from movimentum.geometry import Affine
 from movimentum.records import dataclass
 from movimentum.rendering.coverage import Coverage, Outline, covered
 from movimentum.rendering.sprites import Sprite
-from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around
+from movimentum.rendering.stamps import Box, Faded, Stamp, Stamps, around, cut
 from movimentum.tolerances import UPRIGHT
 
 
@@ -24,7 +24,7 @@ class Canvas:
     def __init__(self, size: tuple[int, int], draft: bool) -> None:
         self.size = size
         self.draft = draft
-        self.drawn: list[Stamp | _Fill | _Group] = []
+        self.drawn: list[Stamp | _Fill | _Group | _Clipped] = []
 
     @property
     def thinnest(self) -> float:
@@ -41,6 +41,13 @@ class Canvas:
             self.drawn += sheet.drawn
         else:
             self.drawn.append(_Group(sheet, opacity))
+
+    def within(self, outline: tuple[Outline, Affine], paint: Callable[[Canvas], None]) -> None:
+        """Paint what is seen only inside an outline."""
+        sheet = Canvas(self.size, self.draft)
+        paint(sheet)
+        if sheet.drawn:
+            self.drawn.append(_Clipped(sheet, _Fill(outline, (0, 0, 0), 1.0)))
 
     def fill(self, placed: tuple[Outline, Affine], color: Color, opacity: float = 1.0) -> None:
         """Lay ``color`` over what is inside an outline, as opaque as ``opacity`` (0 to 1)."""
@@ -91,6 +98,12 @@ class _Group:
     opacity: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Clipped:
+    sheet: Canvas
+    inside: _Fill
+
+
 def stamped(canvases: Sequence[Canvas]) -> list[Stamps]:
     """What each canvas keeps, as stamps; the coverage of all shapes is computed together."""
     shapes = list(_fills(canvases))
@@ -103,6 +116,9 @@ def _fills(canvases: Sequence[Canvas]) -> Iterator[_Fill]:
         for item in canvas.drawn:
             if isinstance(item, _Group):
                 yield from _fills([item.sheet])
+            elif isinstance(item, _Clipped):
+                yield from _fills([item.sheet])
+                yield item.inside
             elif isinstance(item, _Fill):
                 yield item
 
@@ -119,6 +135,10 @@ def _resolved(canvas: Canvas, coverages: Iterator[list[Coverage]]) -> Stamps:
             box = around(stamp.box for stamp in inside)
             if box is not None:
                 found.append(Faded(box, tuple(inside), item.opacity))
+        elif isinstance(item, _Clipped):
+            inside = _resolved(item.sheet, coverages)
+            masks = [*sheet.masks(next(coverages), (0, 0, 0), 1.0)]
+            found += [part for stamp in inside if (part := cut(stamp, masks)) is not None]
         else:
             found.append(item)
     return found

@@ -301,7 +301,7 @@ def _beside(line: Floats, half: float, ends: Ends) -> Floats:
     length = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
     # to the right the sides meet, if they are long enough; to the left, where nobody sees that it is not round
     room = np.minimum(length, np.roll(length, 1))
-    meet = (turn <= 0.0) & (half * np.tan(np.minimum(-turn, 3.1) / 2.0) <= room)
+    meet = (turn <= 0.0) & (half * np.tan(np.minimum(-turn, 3.14159) / 2.0) <= room)
     meet |= (turn > 0.0) & ~back & (half * (1.0 / np.cos(np.minimum(turn, 3.1) / 2.0) - 1.0) <= _OFF)
     fine = _steps(1.0, half)
     count = np.where(meet, 1, np.where(turn <= 0.0, 3, np.ceil(turn * fine).astype(np.int64) + 1))

@@ -11,6 +11,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -100,6 +101,16 @@ def plain(size: float) -> Any:
 def faces() -> Iterator[Face]:
     """All faces, the first choice first; the system's are opened when they are needed."""
     yield from map(Face, (*SHIPPED, *SYSTEM))
+
+
+def installed() -> list[str]:
+    """The fonts of the system that are tried and found."""
+    found: list[str] = []
+    for name in SYSTEM:
+        with suppress(OSError):
+            ImageFont.truetype(name, PROBE)
+            found.append(name)
+    return found
 
 
 def normal(text: str) -> str:

@@ -19,7 +19,7 @@ from movimentum.drawing.model import (
     SymbolMark,
     TextMark,
 )
-from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at, state
+from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
@@ -43,10 +43,23 @@ class Item:
 
     def state(self, poses: Poses) -> NDArray[np.float64]:
         """(F, K): all numbers that this item's picture depends on; equal rows are equal pictures."""
-        return state(self.prepared.mark, poses)
+        return self.prepared.state(poses)
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i`` (a position in ``poses``)."""
+        clip = self.prepared.clip
+        if clip is None:
+            self._draw(canvas, to_image, poses, i)
+            return
+        from movimentum.drawing.clips import clip_outline  # few films have any
+
+        inside = clip_outline(clip, poses.select(slice(i, i + 1)))
+        if inside.shown[0]:
+            points: list[Point] = [(x, y) for x, y in inside.points[0].tolist()]
+            outline = part_shape(replace(inside.style, points=tuple(points)), to_image.a).at(to_image, to_image.a)
+            canvas.within(outline, lambda sheet: self._draw(sheet, to_image, poses, i))
+
+    def _draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         mark, sprite, scale = self.prepared.mark, self.prepared.sprite, to_image.a
         if isinstance(mark, NoteMark):
             _note(self.prepared, mark, canvas, to_image, poses.select(slice(i, i + 1)))
@@ -125,9 +138,9 @@ def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, pa
         if words is not None:
             from movimentum.rendering.text import written_sprite
 
-            sprite = written_sprite(words.texts[0], mark.size, to_image.a, "middle", mark.italic, mark.span)
+            sprite = written_sprite(words.texts[0], mark.size, to_image.a, words.align, mark.italic, mark.span)
             if sprite is not None:
-                x, y = words.middle[0].tolist()
+                x, y = words.place[0].tolist()
                 sheet.picture(sprite, to_image @ (Affine(1.0, 0.0, x, 0.0, 1.0, y) @ sprite.to_local), 1.0, paint[1])
 
     canvas.together(paint[0], parts)

@@ -5,11 +5,14 @@ Letters are as far apart as the font's design says, not as whole pixels would ha
 
 from __future__ import annotations
 
+import re
 import unicodedata
+from collections.abc import Iterator
 from functools import cache
 
 from movimentum.records import dataclass
 from movimentum.rendering.faces import Face, normal, runs
+from movimentum.text import LEVEL, LEVELS
 
 _FINE = 1024
 """Pixels: the size at which letters are measured."""
@@ -18,7 +21,8 @@ _FINE = 1024
 @dataclass(frozen=True, slots=True)
 class Letters:
     """A character, or several that look different beside each other (``joined``), ``x`` to the right of the text's
-    beginning and ``width`` wide, in heights of the font.
+    beginning, ``rise`` above its baseline and ``width`` wide, in heights of the text's font; ``size``: that of its own
+    font. (Of a drawn text; see `movimentum.text` for lower and raised letters.)
     """
 
     face: Face
@@ -26,6 +30,8 @@ class Letters:
     x: float
     width: float
     joined: bool
+    size: float = 1.0
+    rise: float = 0.0
 
 
 @cache
@@ -33,13 +39,27 @@ def laid_out(text: str) -> tuple[Letters, ...]:
     """The letters of a text, from left to right."""
     found: list[Letters] = []
     x = 0.0
-    for face, piece in runs(normal(text)):
-        alone = all(_stands_alone(character) for character in piece)
-        for part in piece if alone else (piece,):
-            width = _width(face, part, not alone)
-            found.append(Letters(face, part, x, width, not alone))
-            x += width
+    for size, rise, level in _levels(text):
+        for face, piece in runs(normal(level)):
+            alone = all(_stands_alone(character) for character in piece)
+            for part in piece if alone else (piece,):
+                width = size * _width(face, part, not alone)
+                found.append(Letters(face, part, x, width, not alone, size, rise))
+                x += width
     return tuple(found)
+
+
+def _levels(text: str) -> Iterator[tuple[float, float, str]]:
+    """A text cut where letters are lower or raised: (size, rise, letters)."""
+    level = (1.0, 0.0)
+    for piece in _MARKS.split(text):
+        level = _LEVELS.get(piece, level)
+        if piece and piece not in _LEVELS:
+            yield (*level, piece)
+
+
+_LEVELS = {LEVELS["_"]: (0.7, -0.16), LEVELS["^"]: (0.7, 0.34), LEVEL: (1.0, 0.0)}
+_MARKS = re.compile(f"([{''.join(_LEVELS)}])")
 
 
 def width_of(text: str) -> float:

@@ -7,7 +7,7 @@ Pillow draws.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 
@@ -32,7 +32,7 @@ def text_outline(text: str) -> str:
 
     The font's height is `UNITS`. "" where nothing of the text is visible.
     """
-    return "".join(part for letters in laid_out(text) for part in _moved(_traced(letters), letters.x))
+    return "".join(part for letters in laid_out(text) for part in _moved(letters, letters.x))
 
 
 @cache
@@ -42,14 +42,15 @@ def glyphs(text: str) -> tuple[tuple[str, float], ...] | None:
     """
     if any(letters.joined for letters in laid_out(text)):
         return None
-    paths = [("".join(_moved(_traced(letters), 0.0)), letters.x * UNITS) for letters in laid_out(text)]
+    paths = [("".join(_moved(letters, 0.0)), letters.x * UNITS) for letters in laid_out(text)]
     return tuple((path, x) for path, x in paths if path)
 
 
-def _moved(rings: Sequence[Sequence[Point]], x: float) -> Iterator[str]:
-    """Closed polygons (in heights of the font) as a path in whole `UNITS`, moved to ``x``."""
-    for ring in rings:
-        corners = [(round((px + x) * UNITS), round(py * UNITS)) for px, py in ring]
+def _moved(letters: Letters, x: float) -> Iterator[str]:
+    """The edges of letters as a path in whole `UNITS`, moved to ``x``."""
+    size, rise = letters.size, letters.rise
+    for ring in _traced(letters):
+        corners = [(round((size * px + x) * UNITS), round((size * py + rise) * UNITS)) for px, py in ring]
         steps = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise(corners) if (ax, ay) != (bx, by)]
         if len(steps) > 1:
             line = " ".join(f"{dx}{dy}" if dy < 0 else f"{dx} {dy}" for dx, dy in steps)

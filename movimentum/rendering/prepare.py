@@ -15,10 +15,13 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import (
     Drawing,
+    FilmMark,
     FreeArrow,
+    GraphMark,
     ImageMark,
     NoteMark,
     OverMark,
+    PolodeMark,
     SymbolMark,
     TextMark,
     ThingMark,
@@ -33,7 +36,7 @@ from movimentum.geometry import View
 from movimentum.records import dataclass, replace
 from movimentum.rendering.images import is_drawing, load_premultiplied
 from movimentum.rendering.sprites import Sprite, framed, prepare
-from movimentum.rendering.stream import PoseSource, chunks
+from movimentum.rendering.stream import PoseSource, chunks, concatenate, count
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
@@ -50,14 +53,31 @@ in its place (with 1 it is too soft, with 2 too hard).
 
 @dataclass(frozen=True, slots=True)
 class PreparedMark:
-    """A mark with its picture, if it is an image or a text; ``halo`` goes under the text of a note."""
+    """A mark with its picture, if it is an image or a text; ``halo`` goes under the text of a note. ``clip``: it is
+    drawn only inside that mark's outline (see `drawing.clips`).
+    """
 
     mark: ThingMark | OverMark
     sprite: Sprite | None = None
     halo: Sprite | None = None
+    clip: ThingMark | None = None
 
     def bounds(self, poses: Poses) -> Floats:
         """(F, 4): left, bottom, right, top in the world; rows of NaN where nothing is drawn."""
+        found = self._unclipped(poses)
+        if self.clip is None:
+            return found
+        around = bounds(self.clip, poses, ())
+        low, high = np.maximum(found[:, :2], around[:, :2]), np.minimum(found[:, 2:], around[:, 2:])
+        some = np.logical_and(low[:, 0] <= high[:, 0], low[:, 1] <= high[:, 1])
+        return np.where(some[:, None], np.concatenate([low, high], axis=1), np.nan)
+
+    def state(self, poses: Poses) -> Floats:
+        """(F, K): all numbers that its picture depends on; equal rows are equal pictures."""
+        own = state(self.mark, poses)
+        return own if self.clip is None else np.concatenate([own, state(self.clip, poses)], axis=1)
+
+    def _unclipped(self, poses: Poses) -> Floats:
         if isinstance(self.mark, TextMark) and self.mark.pieces:
             from movimentum.rendering.text import longest
 
@@ -121,7 +141,7 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     """The display list of ``scene``, ready to be drawn; reads ``source`` only if the canvas must fit the drawing, or
     something depends on the whole film.
 
-    ``source`` has all frames of the animation, so that canvas and traces are the same whichever frames are drawn.
+    ``source`` has all frames of the film, so that canvas and traces are the same whichever frames are drawn.
 
     `ScriptError`: sprites that are missing, unreadable or too large (all of them), a canvas over the limit;
     `UsageError`: a scale that is not a positive number.
@@ -136,17 +156,33 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     magnification = options.scale * fineness
     _refuse_too_much(scene, magnification)
     drawing = compose(scene, options)
-    things = _loaded(_measured(drawing.things, source), magnification)
+    things = _loaded(_free(_measured(_graphed(drawing.things, scene, source, options), source), source), magnification)
+    if drawing.clips:
+        clips: dict[int | None, ThingMark] = dict(drawing.clips)
+        things = [replace(item, clip=clips.get(_painted(item.mark))) for item in things]
     whole, traces = _followed((drawing.paths, drawing.traces), source, options, box is None, 0.05 / magnification)
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
+    room = (view.left, view.bottom, view.left + view.width / view.scale, view.bottom + view.height / view.scale)
+    things = [_in_room(item, room) for item in things]
     return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
+
+
+def _in_room(item: PreparedMark, room: tuple[float, float, float, float]) -> PreparedMark:
+    """What points to the edge of the picture knows where that is."""
+    mark = item.mark
+    return replace(item, mark=replace(mark, room=room)) if isinstance(mark, SymbolMark) and mark.kind.loose else item
+
+
+def _painted(mark: ThingMark | OverMark) -> int | None:
+    """The thing that a mark draws."""
+    return None if isinstance(mark, NoteMark | FreeArrow) else mark.paint.thing
 
 
 def needs_film(scene: Scene) -> bool:
     """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on a path."""
-    return any(thing.kind.of_film and not thing.hidden for thing in scene.things)
+    return any((thing.kind.of_film or thing.own.of_film) and not thing.hidden for thing in scene.things)
 
 
 def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:
@@ -162,6 +198,45 @@ def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]
             mark = replace(mark, lengths=(least, most))
         found.append(mark)
     return found
+
+
+def _graphed(
+    marks: Sequence[ThingMark | FilmMark], scene: Scene, source: PoseSource, options: PictureOptions
+) -> list[ThingMark]:
+    """The marks; graphs and polodes are what they consist of in the whole film."""
+    found: list[ThingMark] = []
+    for mark in marks:
+        match mark:
+            case GraphMark():
+                from movimentum.drawing.graph_curves import curves_of
+                from movimentum.drawing.graphs import graph_marks
+
+                found += graph_marks(mark, curves_of(mark, scene, chunks(source), options.motion))
+            case PolodeMark():
+                from movimentum.drawing.poles import polode
+
+                found.append(polode(mark, scene, chunks(source), options.motion))
+            case _:
+                found.append(mark)
+    return found
+
+
+def _free(marks: list[ThingMark], source: PoseSource) -> list[ThingMark]:
+    """The marks; labels that say nothing about it are where they cross least in the whole film."""
+    if not any(isinstance(mark, SymbolMark) and mark.own.of_film for mark in marks):
+        return marks
+    from movimentum.drawing.free_places import FRAMES, with_places
+
+    frames = count(source)
+    chosen = np.unique(np.linspace(0, frames - 1, min(FRAMES, frames)).round().astype(np.int64))
+    parts: list[Poses] = []
+    first = 0
+    for chunk in chunks(source):
+        inside = chosen[(first <= chosen) & (chosen < first + len(chunk.frames))] - first
+        first += len(chunk.frames)
+        if len(inside):
+            parts.append(chunk.select(inside))
+    return with_places(marks, concatenate(parts)) if parts else marks
 
 
 def _followed(
@@ -212,7 +287,14 @@ def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float
                 )
             ]
         )
-    return View(left, bottom, max(1, round(width)), max(1, round(height)), options.scale)
+    across, up = max(1, round(width)), max(1, round(height))
+    if options.canvas is None:
+        return View(left, bottom, across, up, options.scale)
+    whole = max(across, options.canvas[0]), max(up, options.canvas[1])
+    aside, below = (
+        (all_of_it - film) // 2 / options.scale for all_of_it, film in zip(whole, (across, up), strict=True)
+    )
+    return View(left - aside, bottom - below, *whole, options.scale)
 
 
 def _fitted(

@@ -55,6 +55,27 @@ class Faded:
     opacity: float
 
 
+def cut(stamp: Stamp | Faded, masks: Sequence[Stamp]) -> Stamp | Faded | None:
+    """What is left of a stamp inside of coverages (beside each other); None if that is nothing."""
+    if isinstance(stamp, Faded):
+        parts = tuple(part for each in stamp.stamps if (part := cut(each, masks)) is not None)
+        box = around(part.box for part in parts)
+        return None if box is None else Faded(box, parts, stamp.opacity)
+    inside = Image.new("L", stamp.image.size, 0)
+    for mask in masks:
+        inside.paste(mask.image, (mask.box.left - stamp.box.left, mask.box.top - stamp.box.top))
+    image = stamp.image
+    if image.mode == "L":
+        image = ImageChops.multiply(image, inside)
+        return Stamp(stamp.box, image, stamp.color) if image.getbbox() else None
+    alpha = ImageChops.multiply(image.getchannel("A"), inside)
+    if alpha.getbbox() is None:
+        return None
+    image = image.copy()
+    image.putalpha(alpha)
+    return Stamp(stamp.box, image, stamp.color)
+
+
 Stamps: TypeAlias = Sequence[Stamp | Faded]
 
 

@@ -3,7 +3,7 @@
 A `PoseSource` is a `Poses` or anything that can be iterated *more than once* and yields `Poses` in order (a list, an
 object with ``__iter__``, a `Spool`). Rendering reads it several times: to fit the canvas, to choose the palette, to
 draw. A source that can be iterated only once (a generator) goes through a `Spool`, which keeps the chunks in a
-temporary file. Memory then holds one chunk, however long the animation is.
+temporary file. Memory then holds one chunk, however long the film is.
 """
 
 from __future__ import annotations

@@ -36,11 +36,19 @@ def text_sprite(text: str, height: float, magnification: float, span: Span | Non
     pixels = max(1.0, height * magnification)
     if len(text) > _LONGEST or len(text) * pixels * pixels > MAX_SPRITE_PIXELS:
         raise ScriptError([_too_large(span)])
-    pieces = [(part.x * pixels, part.text, part.face.at(pixels, joined=part.joined)) for part in laid_out(text)]
+    pieces = [
+        (
+            part.x * pixels,
+            -part.rise * pixels,
+            part.text,
+            part.face.at(max(1.0, part.size * pixels), joined=part.joined),
+        )
+        for part in laid_out(text)
+    ]
     if not pieces:
         return None
     draw = ImageDraw.Draw(Image.new("L", (1, 1)))
-    boxes = [draw.textbbox((x, 0), piece, font, anchor="ls") for x, piece, font in pieces]
+    boxes = [draw.textbbox((x, y), piece, font, anchor="ls") for x, y, piece, font in pieces]
     left, top = (math.floor(min(box[side] for box in boxes)) for side in (0, 1))
     right, bottom = (math.ceil(max(box[side] for box in boxes)) for side in (2, 3))
     left, top, right, bottom = left - 2, top - 2, right + 2, bottom + 2  # the clear rim
@@ -48,8 +56,8 @@ def text_sprite(text: str, height: float, magnification: float, span: Span | Non
         raise ScriptError([_too_large(span)])
     mask = Image.new("L", (right - left, bottom - top), 0)
     pen = ImageDraw.Draw(mask)
-    for x, piece, font in pieces:
-        pen.text((x - left, -top), piece, 255, font, anchor="ls")
+    for x, y, piece, font in pieces:
+        pen.text((x - left, y - top), piece, 255, font, anchor="ls")
     if mask.getbbox() is None:
         return None
     unit = height / pixels

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import difflib
-import os
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
-from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text
+from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError
-from movimentum.output.files import whole_file
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain
 from movimentum.repl.session import Session, refused, typed
+from movimentum.repl.told import Told
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
 from movimentum.source import edited
@@ -28,7 +27,7 @@ def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
     suggestions: list[str | Fix] = []
     numbered = [_numbered(item, suggestions) for item in diagnostics]
     text = render_text(numbered, session.work.source).rstrip("\n")
-    return replace(session, suggestions=tuple(suggestions)), text
+    return replace(session, suggestions=tuple(suggestions)), Told(text, to_json(numbered, session.work.source))
 
 
 def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
@@ -62,7 +61,7 @@ def conflicts(session: Session, argument: str) -> Answer:
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
-def _changed(after: Session) -> Answer:
+def changed(after: Session) -> Answer:
     """The session with another text, and the effect of the change."""
     if after.tell is not None and (said := _at_first_sight(after)):
         after.tell(said)
@@ -154,8 +153,8 @@ def _stated(session: Session, text: str) -> Answer:
     new = typed_item(scene, new_scene, step, text)
     own = tuple(item for item in scene.steps[step].statements if (item.key, item.relation) == (new.key, new.relation))
     with _in_its_step(session):
-        changed = stated(scene, step, text, own)
-    return _changed(after if changed == trial else session.edited(changed))
+        final = stated(scene, step, text, own)
+    return changed(after if final == trial else session.edited(final))
 
 
 @contextmanager
@@ -211,7 +210,7 @@ def drop(session: Session, argument: str) -> Answer:
             text = stated(work.scene, session.step, f"{found[0].key} {found[0].relation} _", own)
         else:
             text = without(work.scene, own)
-    return _changed(session.edited(text))
+    return changed(session.edited(text))
 
 
 def _left(session: Session, item: Constraint) -> str:
@@ -234,7 +233,7 @@ def apply(session: Session, argument: str) -> Answer:
         raise refused("argument", f"suggestions go from 1 to {count}", "apply 1")
     chosen = session.suggestions[int(text) - 1]
     if isinstance(chosen, Fix):
-        after, said = _changed(session.edited(edited(session.text, chosen.edits)))
+        after, said = changed(session.edited(edited(session.text, chosen.edits)))
         return after, f"{chosen.title}\n{said}"
     answer = session, ""
     for part in filter(None, (piece.strip() for piece in chosen.split(";"))):
@@ -257,32 +256,3 @@ def redo(session: Session, argument: str) -> Answer:
     plain(argument, "redo")
     after = session.redone()
     return after, f"now {_summary(after)}"
-
-
-@COMMANDS.add("diff")
-def diff(session: Session, argument: str) -> Answer:
-    """the changes, against the file"""
-    plain(argument, "diff")
-    lines = difflib.unified_diff(
-        session.original.splitlines(),
-        session.text.splitlines(),
-        session.file,
-        f"{session.file} (as it is now)",
-        "",
-        "",
-        1,
-        "",
-    )
-    return session, "\n".join(lines) or "nothing is changed"
-
-
-@COMMANDS.add("write [FILE]")
-def write(session: Session, argument: str) -> Answer:
-    """save the script as it is now"""
-    name = argument.strip() or session.file
-    if name.startswith("<"):
-        raise refused("file", "the script came from standard input: it has no file to write to", "write changed.mov")
-    with whole_file(session.refuse_overwriting(name, script=False)) as part:
-        part.write_text(session.text, encoding="utf-8", newline="")
-    same = os.path.realpath(name) == os.path.realpath(session.file)
-    return (replace(session, original=session.text) if same else session), f"wrote {name}"

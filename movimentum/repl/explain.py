@@ -10,12 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from movimentum import messages, tolerances
+from movimentum.diagnostics import Fix
 from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
+from movimentum.repl.causes import why_not
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
+from movimentum.scene.copy_edits import in_script, written_once
+from movimentum.scene.text_edits import turned_round
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.text import counted, number, time_text
 
@@ -25,9 +30,11 @@ PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 
 
-@COMMANDS.add("why NAME")
+@COMMANDS.add("why NAME | why not CONDITION")
 def why(session: Session, argument: str) -> Answer:
-    """the constraints that determine a thing, an anchor or a variable, in their order"""
+    """the constraints that determine a thing, an anchor or a variable, in their order; or what forbids a value now"""
+    if argument.split(None, 1)[:1] == ["not"]:
+        return why_not(session, argument.split(None, 1)[1] if len(argument.split()) > 1 else "")
     text = _name(argument, "why Rod.B")
     thing = session.thing(text)
     if thing is not None and not thing.anchors:
@@ -42,7 +49,7 @@ def why(session: Session, argument: str) -> Answer:
         members = ", ".join(names[:6])
         lines.append(f"     not determined by that alone: block {block} ({members}) leaves free motion, which is least")
     lines += [f"     `{name}` stays as drawn: nothing in this step says otherwise" for name in found.drawn]
-    return session, "\n".join(lines) or f"nothing in this step says anything about `{text}`"
+    return session, Told("\n".join(lines) or f"nothing in this step says anything about `{text}`", found)
 
 
 @COMMANDS.add("formula NAME")
@@ -64,7 +71,8 @@ def formula(session: Session, argument: str) -> Answer:
         else:
             lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
     since = time_text(float(session.segment_motion.segment.start))
-    return session, "\n".join([*lines, f"(t counts from {since}, where this step begins; angles in radians inside)"])
+    lines.append(f"(t counts from {since}, where this step begins; angles in radians inside)")
+    return session, Told("\n".join(lines), {label: str(found) for label, found in formulas})
 
 
 @COMMANDS.add("explain [CODE]")
@@ -99,6 +107,7 @@ def free(session: Session, argument: str) -> Answer:
         raise refused("argument", f"`free` takes `--matrix` or nothing, found `{argument.strip()}`", "free --matrix")
     from movimentum.analysis.freedom.motions import remedy
 
+    _ = session.piece  # what has no pose cannot be asked how it moves
     found = session.freedom()
     if not found:
         return session, "nothing can move in a way that is not determined"
@@ -134,12 +143,12 @@ def _matrices(session: Session, name: str) -> str:
 
 @COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
-    """an animation of each free motion back and forth, in turn"""
+    """a film of each free motion back and forth, in turn"""
     from movimentum.analysis.interactive.wiggle import wiggles
 
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):
-        raise refused("file", "`wiggle` writes an animation", "wiggle free.gif")
+        raise refused("file", "`wiggle` writes a film", "wiggle free.gif")
     piece, tau = session.piece
     found = list(wiggles(session.segment_motion, piece, tau))
     if not found:
@@ -149,7 +158,7 @@ def wiggle(session: Session, argument: str) -> Answer:
 
 
 def _write_film(session: Session, moments: Sequence[Snapshot], path: Path) -> None:
-    """The scene in each of ``moments``, one after the other, as an animation in the format that the suffix names."""
+    """The scene in each of ``moments``, one after the other, as a film in the format that the suffix names."""
     from movimentum.encoding.write import write_animation
     from movimentum.rendering.painter import make_painter
 
@@ -229,33 +238,57 @@ def solutions(session: Session, argument: str) -> Answer:
     plain(rest, "solutions")
     found = session.solutions()
     if not found:
-        return session, "there is one solution only at this moment"
+        return session, Told("there is one solution only at this moment", found)
     scene = session.work.scene
-    lines: list[str] = []
-    suggestions: list[str] = []
+    lines: list[str] = [f"{session.no_pose}; without the inequalities that reject them:"] if session.no_pose else []
+    suggestions: list[str | Fix] = []
+
+    def suggest(what: str | Fix) -> None:
+        suggestions.append(what)
+        lines.append(f"      apply {len(suggestions)}: {what.title if isinstance(what, Fix) else what}")
+
     for part in found:
         names = ", ".join(f"`{scene.things[t].name}`" for t in part.things)
         more = "" if part.complete else ", found by a search: there may be more"
-        lines.append(f"{counted(len(part.solutions), 'solution')} for {names or 'what is not drawn'}{more}")
+        many = counted(len(part.solutions) + len(part.rejected), "solution")
+        down = f", {len(part.rejected)} of them rejected" if part.rejected else ""
+        lines.append(f"{many} for {names or 'what is not drawn'}{down}{more}")
         for n, solution in enumerate(part.solutions, 1):
-            mark = "->" if solution.current else "  "
-            lines.append(f"{mark} {n}. {solution.words}")
+            lines.append(f"{'->' if solution.current else '  '} {n}. {solution.words}")
             if solution.selects is not None:
-                suggestions.append(solution.selects)
-                lines.append(f"      apply {len(suggestions)}: {solution.selects}")
+                suggest(solution.selects)
+        for n, other in enumerate(part.rejected, len(part.solutions) + 1):
+            lines.append(f"   {n}. {other.words}")
+            for reason in other.by:
+                line, text = session.statement(reason.constraint)
+                lines.append(f"      rejected by line {line}: `{text}`, by {number(reason.by)}")
+                if (fix := _other_side(session, reason.constraint)) is not None:
+                    suggest(fix)
     if target is not None:
         from movimentum.rendering.sheet import write_thumbnails
 
-        poses = session.poses_of([solution.pose for part in found for solution in part.solutions])
+        poses = session.poses_of([solution.pose for part in found for solution in (*part.solutions, *part.rejected)])
         with whole_file(session.refuse_overwriting(target)) as part_file:
             write_thumbnails(scene, poses, part_file)
         lines.append(f"wrote {target}")
-    return replace(session, suggestions=tuple(suggestions)), "\n".join(lines)
+    return replace(session, suggestions=tuple(suggestions)), Told("\n".join(lines), found)
+
+
+def _other_side(session: Session, constraint: int) -> Fix | None:
+    """An inequality of the script with its sign the other way round."""
+    scene = session.work.scene
+    item = next(item for item in scene.constraints() if item.number == constraint)
+    edit = turned_round(scene, item)
+    if edit is None or not written_once(scene, item.span) or (edit := in_script(scene, edit)) is None:
+        return None
+    _, text = session.statement(constraint)
+    other = {"<": ">", ">": "<"}[item.relation]
+    return Fix(f"`{text.replace(item.relation, other, 1)}` instead", (edit,))
 
 
 @COMMANDS.add("branch")
 def branch(session: Session, argument: str) -> Answer:
-    """how close the solver's choices were over the whole animation"""
+    """how close the solver's choices were over the whole film"""
     plain(argument, "branch")
     from movimentum.analysis.interactive.branches import branches
 

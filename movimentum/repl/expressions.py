@@ -18,6 +18,7 @@ from movimentum.syntax.expression_tree import Comparison
 
 if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
+    from movimentum.workflow.over_time import Times
 
 _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], BoolArray]] = {
     Comparison.BELOW: np.less,
@@ -48,6 +49,16 @@ def query(session: Session, text: str) -> Query:
     """The value of an expression; nan if it has none."""
     with at_the_prompt(session, text):
         return session.query(text)
+
+
+def times_of(session: Session, text: str, example: str) -> Times:
+    """When a condition holds, over the whole film."""
+    if not text.strip():
+        raise refused("argument", f"`{example.rpartition(' Rod')[0]}` needs a condition", example)
+    from movimentum.workflow.over_time import when
+
+    with at_the_prompt(session, text):
+        return when(session, text)
 
 
 def condition(session: Session, text: str) -> Callable[[Poses], BoolArray]:

@@ -17,6 +17,7 @@ from movimentum.query import reader
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
@@ -30,7 +31,17 @@ COLUMNS, ROWS = 64, 12
 def shown_values(session: Session, texts: Sequence[str]) -> str:
     """``EXPR = value``, one on each line; if there is no value, the reason."""
     poses = session.poses()
-    return "\n".join(_shown(session, text, query(session, text).values(poses)[0].tolist()) for text in texts)
+    found = {text: query(session, text).values(poses)[0].tolist() for text in texts}
+    lines = [_shown(session, text, components) for text, components in found.items()]
+    return _with_caveat(session, Told("\n".join(lines), found))
+
+
+def _with_caveat(session: Session, text: str) -> str:
+    caveat = session.caveat
+    if not caveat or not text:
+        return text
+    said = f"{caveat}\n{text}"
+    return Told(said, {"caveat": caveat, "shown": text.data}) if isinstance(text, Told) else said
 
 
 def _shown(session: Session, text: str, components: Sequence[float]) -> str:
@@ -86,7 +97,7 @@ def show(session: Session, argument: str) -> Answer:
             lacking = name in poses.missing and bool(poses.missing[name][0])
             value = _value(np.atleast_1d(poses.variables[name][0]).tolist())
             rows.append([name, "no value" if lacking else value])
-    return session, table(rows)
+    return session, _with_caveat(session, table(rows))
 
 
 @COMMANDS.add("constraints [KEY]")
@@ -94,15 +105,21 @@ def constraints(session: Session, argument: str) -> Answer:
     """what is in force, since when, until when, and how well it is satisfied"""
     rows = _constraint_rows(session, argument)
     head = ["constraint", "line", "since", "until", "off by"]
-    return session, table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
+    shown = table([head, *([row[0], *row[1:5]] for row in rows)], right=frozenset({1}))
+    return session, _with_caveat(session, shown)
 
 
 @COMMANDS.add("residuals")
 def residuals(session: Session, argument: str) -> Answer:
     """the same, with the worst first"""
     plain(argument, "residuals")
+    if session.no_pose and (found := session.contradicting()) is not None:
+        head = ["off by where the others hold", "line", "constraint"]
+        amounts = [["" if off is None else number(off), str(line), text] for line, text, off in found.statements]
+        return session, f"{session.no_pose}\n{table([head, *amounts])}"
     rows = sorted(_constraint_rows(session, ""), key=lambda row: -float(row[5]))
-    return session, table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
+    shown = table([["off by", "line", "constraint"], *([row[4], row[1], row[0]] for row in rows)])
+    return session, _with_caveat(session, shown)
 
 
 def _constraint_rows(session: Session, key: str) -> list[list[str]]:
@@ -227,7 +244,7 @@ def _line(session: Session, equation: int) -> str:
 
 @COMMANDS.add("plot EXPR [-o FILE]")
 def plot(session: Session, argument: str) -> Answer:
-    """its values over the animation, here or as .svg or .png"""
+    """its values over the film, here or as .svg or .png"""
     text, target = split_output(argument, (".svg", ".png"))
     if not text:
         raise refused("argument", "`plot` needs an expression", "plot Rod.B.x")
@@ -287,4 +304,4 @@ def picture(session: Session, argument: str) -> Answer:
     show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
     choices = session.work.engine.choices
     animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
-    return session, f"wrote {name}"
+    return session, _with_caveat(session, f"wrote {name}")

@@ -5,16 +5,14 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
-from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, table
-from movimentum.repl.expressions import condition
+from movimentum.repl.expressions import times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
+from movimentum.repl.told import Told
 from movimentum.text import counted, rational, time_text
 
 COMMANDS = CommandTable()
-
-CHUNK = 2048
 
 
 def where(session: Session) -> str:
@@ -25,16 +23,20 @@ def where(session: Session) -> str:
     step = session.work.scene.steps[session.step]
     line = session.work.scene.source.position(step.span.start).line
     lines = [f"t = {time_text(float(session.time))} ({frame}), in step @{time_text(float(step.time))} (line {line})"]
-    if not session.poses().solved[0]:
-        lines.append("there is no solution here; the last good pose is shown (`conflicts` says why)")
-    if session.watches:
+    standing = session.standing
+    if not standing.solved:
+        shown = "things are shown as drawn" if standing.last is None else "the last good pose is shown"
+        lines.append(f"there is no solution here; {shown} (`conflicts` says why)")
+    if session.watches and session.ask is None:  # a terminal has them above its prompt
         lines.append(shown_values(session, session.watches))
     return "\n".join(lines)
 
 
-def _moved(session: Session, time: Fraction) -> Answer:
+def moved(session: Session, time: Fraction) -> Answer:
+    """The session at another time, and where that is."""
     session = session.at(time)
-    return session, where(session)
+    place = {"time": session.time, "frame": session.frame, "step": session.step, "solved": session.standing.solved}
+    return session, Told(where(session), place)
 
 
 @COMMANDS.add("at T")
@@ -48,8 +50,8 @@ def at(session: Session, argument: str) -> Answer:
         raise refused("time", f"`{argument.strip()}` is not a time", "at 1.5", "at 4/3")
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
-        raise refused("time", f"time {argument.strip()} is outside the animation, from {first} to {last}", f"at {last}")
-    return _moved(session, time)
+        raise refused("time", f"time {argument.strip()} is outside the film, from {first} to {last}", f"at {last}")
+    return moved(session, time)
 
 
 @COMMANDS.add("frame N")
@@ -62,7 +64,7 @@ def frame(session: Session, argument: str) -> Answer:
     number = int(argument)
     if not -count <= number < count:
         raise refused("frame", f"there is no frame {number}: they go from 0 to {count - 1}", f"frame {count - 1}")
-    return _moved(session, timeline.frame_time(number % count))
+    return moved(session, timeline.frame_time(number % count))
 
 
 @COMMANDS.add("next")
@@ -72,18 +74,25 @@ def following(session: Session, argument: str) -> Answer:
     timeline = session.work.timeline
     if session.frame + 1 >= timeline.frame_count:
         raise refused("frame", "this is the last frame", "back", "frame 0")
-    return _moved(session, timeline.frame_time(session.frame + 1))
+    return moved(session, timeline.frame_time(session.frame + 1))
 
 
-@COMMANDS.add("back")
+@COMMANDS.add("back [until CONDITION]")
 def back(session: Session, argument: str) -> Answer:
-    """one frame back"""
+    """one frame back; or to the last time before at which a condition holds, exactly: `back until Rod.B.x = 300`"""
+    words = argument.split(None, 1)
+    if words[:1] == ["until"]:
+        found = times_of(session, words[1] if len(words) > 1 else "", "back until Rod.B.x = 300")
+        time = max((end for end in found.ends if end < session.time), default=None)
+        if time is None:
+            raise refused("never", f"`{words[1]}` does not hold at any earlier time", f"when {words[1]}")
+        return moved(session, time)
     plain(argument, "back")
     timeline = session.work.timeline
     before = session.frame - (1 if timeline.frame_time(session.frame) == session.time else 0)
     if before < 0:
         raise refused("frame", "this is the first frame", "next")
-    return _moved(session, timeline.frame_time(before))
+    return moved(session, timeline.frame_time(before))
 
 
 @COMMANDS.add("steps")
@@ -104,31 +113,3 @@ def steps(session: Session, argument: str) -> Answer:
             ]
         )
     return session, table(rows)
-
-
-@COMMANDS.add("run until CONDITION")
-def run_until(session: Session, argument: str) -> Answer:
-    """go on to the first frame where it holds: `run until Rod.B.x < 300`"""
-    words = argument.split(None, 1)
-    if len(words) != 2 or words[0] != "until":
-        raise refused("argument", "`run` continues until a condition holds", "run until Rod.B.x < 300")
-    holds = condition(session, words[1])
-    work = session.work
-    count = work.timeline.frame_count
-    for first in range(session.frame + 1, count, CHUNK):
-        poses = work.motion.poses(first, min(first + CHUNK, count))
-        places = (holds(poses) & poses.solved).nonzero()[0]
-        if len(places):
-            return _moved(session, work.timeline.frame_time(int(poses.frames[places[0]])))
-    raise refused("never", f"`{words[1]}` does not hold in any later frame", "frame 0")
-
-
-@COMMANDS.add("watch [EXPR]")
-def watch(session: Session, argument: str) -> Answer:
-    """show an expression after every move; alone: stop watching"""
-    text = argument.strip()
-    if not text:
-        return replace(session, watches=()), "nothing is watched any more"
-    shown = shown_values(session, (text,))
-    watches = tuple(dict.fromkeys((*session.watches, text)))
-    return replace(session, watches=watches), shown

@@ -13,7 +13,9 @@ from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.lexers import Lexer
 
 from movimentum.errors import MovimentumError
+from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session
+from movimentum.terminal import visible_lines
 from movimentum.text import time_text
 
 _WORD = re.compile(r"[A-Za-z_.][A-Za-z0-9_.]*$")
@@ -71,8 +73,10 @@ def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> Prom
     """The prompt, which shows the time that is looked at, and completes ``commands`` and names."""
 
     def message() -> str:
-        moment = time_text(float(session().time))
-        return f"t={moment}> " if session().work.moves else "(errors) "
+        now = session()
+        if not now.work.moves:
+            return "(errors) "
+        return f"{_watched(now)}t={time_text(float(now.time))}> "
 
     return PromptSession(
         message,
@@ -81,6 +85,16 @@ def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> Prom
         complete_while_typing=False,
         lexer=_colours(),
     )
+
+
+def _watched(session: Session) -> str:
+    """The expressions that are watched, a line each, above the prompt."""
+    if not session.watches:
+        return ""
+    try:
+        return visible_lines(shown_values(session, session.watches)) + "\n"
+    except MovimentumError:
+        return ""
 
 
 def _colours() -> Lexer | None:

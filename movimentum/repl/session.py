@@ -12,6 +12,7 @@ from movimentum.errors import MovimentumError, NoSolutionError, UsageError
 from movimentum.output.files import refuse_overwriting
 from movimentum.records import dataclass, replace
 from movimentum.source import SourceText
+from movimentum.text import time_text
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.inspector import Inspector
@@ -38,7 +39,8 @@ def refused(code: str, message: str, *helps: str) -> UsageError:
 class Session(Inspector):
     """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
 
-    ``time`` is the moment looked at. ``watches`` are expressions shown after every move. ``past`` and ``future`` are
+    ``time`` is the moment looked at. ``watches`` are expressions shown after every move, ``breaks``
+    the conditions at which `run` stops. ``past`` and ``future`` are
     the texts that undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements
     that it puts in at this step.
     """
@@ -46,12 +48,15 @@ class Session(Inspector):
     file: str
     original: str
     watches: tuple[str, ...] = ()
+    breaks: tuple[str, ...] = ()
     past: tuple[str, ...] = ()
     future: tuple[str, ...] = ()
     suggestions: tuple[str | Fix, ...] = ()
     ended: bool = False
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""
+    ask: Callable[[str], str | None] | None = None
+    """In a terminal: the answer to a question; None at the end of the input."""
 
     @property
     def text(self) -> str:
@@ -75,7 +80,26 @@ class Session(Inspector):
         try:
             return super().piece
         except NoSolutionError as error:
-            raise refused("no-solution", "there is no solution at this moment", "conflicts") from error
+            raise refused("no-solution", self.no_pose, "conflicts") from error
+
+    @property
+    def no_pose(self) -> str:
+        """That there is no pose at the moment, and why; empty where there is one."""
+        standing = self.standing
+        if standing.solved:
+            return ""
+        return f"there is no pose at t = {time_text(float(self.time))}{f': {standing.reason}' * bool(standing.reason)}"
+
+    @property
+    def caveat(self) -> str:
+        """What has to be said before places are shown: what they are where there is no pose at the moment."""
+        standing = self.standing
+        if standing.solved:
+            return ""
+        when = time_text(float(self.time))
+        if standing.last is None:
+            return f"there is no pose at t = {when}; as drawn:"
+        return f"there is no pose at t = {when}; the last one, of t = {time_text(float(standing.last))}:"
 
     @property
     def frame(self) -> int:
@@ -84,7 +108,7 @@ class Session(Inspector):
         return int((self.time - timeline.start) * timeline.fps // 1)
 
     def at(self, time: Fraction) -> Session:
-        """The session at another moment, inside the animation."""
+        """The session at another moment, inside the film."""
         timeline = self.work.timeline
         return replace(self, time=min(max(time, timeline.start), timeline.end))
 

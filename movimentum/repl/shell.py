@@ -6,15 +6,18 @@ import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import redirect_stdout
+from difflib import unified_diff
 from typing import TYPE_CHECKING, Any
 
-from movimentum.console import is_terminal, wants_color
-from movimentum.diagnostics import Diagnostic, Severity, render_text
+from movimentum.console import answer_json, is_terminal, wants_color
+from movimentum.diagnostics import Diagnostic, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, UsageError
-from movimentum.records import replace
-from movimentum.repl import edit, explain, inspect, navigate
+from movimentum.records import dataclass, field, replace
+from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script
 from movimentum.repl.command import Answer, table
 from movimentum.repl.session import Session, refused, typed
+from movimentum.repl.told import as_json
 from movimentum.signals import signal_handled
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
@@ -22,8 +25,25 @@ from movimentum.terminal import visible_lines
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
 
-COMMANDS = {**navigate.COMMANDS, **inspect.COMMANDS, **explain.COMMANDS, **edit.COMMANDS}
+COMMANDS = {
+    **navigate.COMMANDS,
+    **over_time.COMMANDS,
+    **inspect.COMMANDS,
+    **explain.COMMANDS,
+    **causes.COMMANDS,
+    **edit.COMMANDS,
+    **script.COMMANDS,
+    **files.COMMANDS,
+}
 QUIT = ("quit", "exit")
+TASKS = {
+    "does not move": "`check`, `free`, `why NAME`, `blame EXPR`",
+    "jumps": "`check`, `branch`, `solutions`, `when CONDITION`",
+    "is not where I want it": "`why not CONDITION`, `solutions`, `blame EXPR`, `trace`",
+    "has no solution": "`conflicts`, `bisect`, `residuals`",
+    "did work before": "`diff`, `diff motion`, `undo`",
+}
+"""What is wrong, and the commands that find out why."""
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")
 
@@ -42,7 +62,8 @@ def answer(session: Session, line: str) -> Answer:
     # `free = 3` is about a variable of that name, `free` is the command
     if word in COMMANDS and not _RELATION.match(rest) and (not rest or rest[0] in " \t;"):
         return COMMANDS[word].run(session, rest.strip().removesuffix(";").rstrip())
-    return edit.try_statement(session, text, _words())
+    part = script.typed_part(session, text)
+    return edit.try_statement(session, text, _words()) if part is None else part
 
 
 def _words() -> list[str]:
@@ -59,6 +80,7 @@ def _help(name: str) -> str:
     rows = [[command.usage, command.help] for command in COMMANDS.values()]
     rows.append(["STATEMENT;", "try it: it takes effect at once, at this step, under the key convention"])
     rows.append(["help [COMMAND], COMMAND?", "this list, or help for one command"])
+    rows += [[f"it {trouble}", f"try {commands}"] for trouble, commands in TASKS.items()]
     rows.append(["quit", "end (so does the end of the input); in a terminal, it asks if changes are not saved"])
     return table(rows)
 
@@ -87,19 +109,50 @@ def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None = None
     _put(render_text(diagnostics, source or typed(""), color=wants_color(sys.stdout)).rstrip("\n"))
 
 
-def step(session: Session, line: str) -> tuple[Session, bool]:
+@dataclass(slots=True)
+class Teller:
+    """How answers are shown: as text, each after its question if ``asked``, or as a line of JSON each; ``record`` keeps
+    them as text.
+    """
+
+    json: bool = False
+    asked: bool = False
+    record: list[str] = field(default_factory=list[str])
+
+    def tell(self, session: Session, line: str, text: str, problem: MovimentumError | None = None) -> None:
+        """The answer to ``line``, or the ``problem`` with it."""
+        question = f"> {line.strip()}"
+        if problem is not None:
+            source = problem.source or session.work.source
+            text = render_text(problem.diagnostics, source).rstrip("\n")
+        self.record += [question, *filter(None, [visible_lines(text)]), ""]
+        if self.json:
+            time = float(session.time) if session.work.moves else None
+            found = None if problem is None else to_json(problem.diagnostics, problem.source or session.work.source)
+            answer_json(as_json(line.strip(), time, text if problem is None else None, found))
+            return
+        if self.asked and (text or problem is not None):
+            say(question)
+        if problem is None:
+            say(text)
+        else:
+            complain(problem.diagnostics, problem.source or session.work.source)
+
+
+def step(session: Session, line: str, teller: Teller | None = None) -> tuple[Session, bool]:
     """Carry out one line and show its answer; whether it could be done."""
+    teller = teller or Teller()
     try:
-        session, text = answer(session, line)
-        say(text)
+        after, text = answer(session, line)
     except MovimentumError as error:
-        complain(error.diagnostics, error.source or session.work.source)
+        teller.tell(session, line, "", error)
         return session, False
     except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
         message = f"this could not be done: {str(error) or type(error).__name__}"
-        complain([Diagnostic("repl/failed", Severity.ERROR, message)])
+        teller.tell(session, line, "", UsageError([Diagnostic("repl/failed", Severity.ERROR, message)], typed("")))
         return session, False
-    return session, True
+    teller.tell(after, line, text)
+    return after, True
 
 
 def greet(session: Session) -> Session:
@@ -120,23 +173,24 @@ def split(commands: str) -> list[str]:
     return [part for part in re.findall(r"(?:[^;'\r\n]|'[^']*'?)+", commands) if part.strip()]
 
 
-def interact(session: Session, commands: str | None) -> int:
+def interact(session: Session, commands: str | None, teller: Teller | None = None) -> int:
     """Run ``commands``, or lines from standard input until it ends; returns 0, or 1 if any line of ``commands`` (or of
     an input that is not a terminal) could not be done.
     """
+    teller = teller or Teller(asked=commands is not None)
     typed = commands is None and is_terminal(sys.stdin)
     lines: Iterator[str]
     if commands is not None:
         lines = iter(split(commands))
     elif typed:
         session = greet(session)
-        return _typed(session)
+        return _typed(session, teller)
     else:
         lines = _piped()
     failed = False
     for line in lines:
         try:
-            session, done = step(session, line)
+            session, done = step(session, line, teller)
         except KeyboardInterrupt:
             if commands is not None:  # commands given together end together
                 raise
@@ -166,14 +220,10 @@ def _piped() -> Iterator[str]:
         raise UsageError([Diagnostic("usage/input", Severity.ERROR, message, helps=("-c 'help'",))]) from problem
 
 
-def _typed(session: Session) -> int:
+def _typed(session: Session, teller: Teller) -> int:
     from prompt_toolkit.patch_stdout import patch_stdout
 
     from movimentum.repl.prompt import make_prompt
-
-    current = [replace(session, tell=say)]
-    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
-    message = prompt.message
 
     def reply_to(question: str | None = None) -> str | None:
         """The typed line; None for the end of the input, empty for Ctrl-C."""
@@ -185,6 +235,12 @@ def _typed(session: Session) -> int:
         except KeyboardInterrupt:
             signal_handled()
             return ""
+        finally:
+            prompt.message = message  # otherwise a question asked in between stays
+
+    current = [replace(session, tell=say, ask=reply_to)]
+    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
+    message = prompt.message
 
     while True:
         line = reply_to()
@@ -194,10 +250,22 @@ def _typed(session: Session) -> int:
             reply = reply_to("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
-            prompt.message = message  # otherwise a question asked in between stays
             continue
         try:
-            current[0], _ = step(current[0], line)
+            current[0], _ = step(current[0], line, teller)
         except KeyboardInterrupt:  # the session is as it was before the command
             signal_handled()
             complain([INTERRUPTED])
+
+
+def replay(session: Session, recorded: str, name: str, teller: Teller) -> int:
+    """Ask the questions of a recorded session again; 1, with the differences, if the answers are others now."""
+    shown = io.StringIO()
+    for line in recorded.splitlines():
+        if line.startswith("> "):
+            with redirect_stdout(shown):
+                session, _ = step(session, line[2:], teller)
+    now = "\n".join(teller.record)
+    lines = list(unified_diff(recorded.splitlines(), now.splitlines(), name, "the answers now", "", "", 2, ""))
+    say("\n".join(lines) or f"the answers are those of {name}")
+    return 1 if lines else 0

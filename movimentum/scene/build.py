@@ -14,7 +14,7 @@ from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
 from movimentum.scene.constants import exact
 from movimentum.scene.expansion.expand import expand
-from movimentum.scene.expansion.includes import ReadText, folder
+from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.findings import Findings
 from movimentum.scene.joints import attached, fixed, joined
@@ -44,11 +44,13 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
+from movimentum.scene.tables import ReadTable
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
-from movimentum.source import SourceText, Span
-from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, Transition, postorder
-from movimentum.syntax.printer import expression_text
+from movimentum.scene.transitions import judge_transition
+from movimentum.source import SourceText, folder
+from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
+from movimentum.things.kinds.skeleton import SKELETON
 
 
 def build(
@@ -61,18 +63,19 @@ def build(
     settings: Mapping[str, str | Expr] | None = None,
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
     element: ElementPlace | None = None,
+    read_table: ReadTable | None = None,
 ) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
-    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG.
-    ``settings``: constant expressions by name, which take the place of the script's own constants. ``added``: more
-    statements for steps, by number, at places of their own.
+    folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG, and
+    ``read_table`` a table. ``settings``: constant expressions by name, which take the place of the script's own
+    constants. ``added``: more statements for steps, by number, at places of their own.
 
     Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
     """
     findings = Findings(source)
-    expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added)
+    expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added, read_table)
     findings.source = expanded.source
     config = build_config(list(expanded.configs), max_pixels, findings)
     assets = Assets(folder(source), image_size, element)
@@ -80,17 +83,16 @@ def build(
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)
     inference, sound = _kinds(list(_all_resolved(expanded, table, findings)), findings)
-    stated = [resolved for resolved in sound if isinstance(resolved.statement, Statement)]
-    claimed = [resolved for resolved in sound if isinstance(resolved.statement, ClaimStatement)]
+    stated = [each for each in sound if isinstance(each.statement, Statement)]
+    claimed = [each for each in sound if isinstance(each.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
-    things = table.things
+    things, statements, claims = table.things, [], []
     if inference:
         names, start = tuple(_variables(stated, inference)), times[0] if times else Fraction(0)
         things = build_texts(table, expanded.definitions, inference, names, start, findings)
-    statements = _statements(stated, times, inference, table, findings) if inference else []
-    claims = build_claims(claimed, times, inference, table, findings) if inference else []
-    if not expanded.steps:
-        _report_no_step(script, expanded, findings)
+        statements = _statements(stated, times, inference, table, findings)
+        claims = build_claims(claimed, times, inference, table, findings)
+    _report_no_step(script, expanded, findings)
     found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
     if findings.errors:
         raise ScriptError(the_first(found))
@@ -107,10 +109,14 @@ def build(
         settings=tuple((settings or {}).items()),
         loop=loop,
         elements=assets.elements,
+        tables=expanded.tables,
     )
-    painted = any(isinstance(use, PropertyUse) for resolved in stated for use in resolved.meanings.values())
-    silent = says_nothing(expanded.definitions, config, painted)
-    return _in_theme(scene, options, config.theme or ("textbook" if silent else None))
+    plain = "textbook" if says_nothing(expanded.definitions, config, _painted(stated)) else None
+    return _in_theme(scene, options, config.theme or plain)
+
+
+def _painted(stated: Sequence[ResolvedStatement]) -> bool:
+    return any(isinstance(use, PropertyUse) for resolved in stated for use in resolved.meanings.values())
 
 
 def _place(item: Diagnostic) -> int:
@@ -136,11 +142,13 @@ def _steps(
 
 def _in_theme(scene: Scene, options: Sequence[Stated], name: str | None) -> Scene:
     """The scene with its joints, and in its theme, if it has one."""
-    if name is None and not any(thing.look.pins is not None or thing.look.fixed for thing in scene.things):
+    skeletal = any(thing.kind is SKELETON for thing in scene.things)
+    if name is None and not skeletal and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
         return scene
     scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
     if name is None:
-        return scene
+        grounds = supports(scene.things, fixed(scene.steps, scene.mentioned)) if skeletal else ()
+        return replace(scene, grounds=grounds)
     theme, config = THEMES[name], scene.config
     things = dressed(scene.things, options, theme, scene.joints)
     return replace(
@@ -176,6 +184,8 @@ def _all_resolved(expanded: Expanded, table: ThingTable, findings: Findings) -> 
 
 
 def _report_no_step(script: ScriptTree, expanded: Expanded, findings: Findings) -> None:
+    if expanded.steps:
+        return
     first = next((item.statement for item in expanded.statements if isinstance(item.statement, Statement)), None)
     findings.error(
         "timeline/no-step",
@@ -233,42 +243,12 @@ def _kinds(items: list[ResolvedStatement], findings: Findings) -> tuple[Inferenc
             message = f"`{statement.comparison}` compares scalars, not vectors"
             inference.require(statement.left, Kind.SCALAR, message)
         if findings.errors == errors:
-            _judge_transition(resolved, findings)
+            judge_transition(resolved, findings)
         if findings.errors == errors:
             sound.append(resolved)
     errors = findings.errors
     inference.finish()
     return (inference if findings.errors == errors else None), sound
-
-
-def _judge_transition(resolved: ResolvedStatement, findings: Findings) -> None:
-    """Report ``x < 0 -> 90`` (an inequality moves nothing) and ``x = _ -> 90`` (which would begin anywhere)."""
-    statement, way = resolved.statement, resolved.statement.right
-    if not isinstance(way, Transition):
-        return
-    for side in (way.start, way.end):
-        if isinstance(side, Blank):
-            message = "`->` goes from one value to another, and `_` is any value"
-            findings.error("kind/mismatch", message, side.span, helps=("state where it begins and where it ends",))
-            return
-    if statement.comparison in (Comparison.EQUAL, Comparison.WISH):
-        return
-    start, end = (expression_text(side) for side in (way.start, way.end))
-    findings.error(
-        "kind/mismatch",
-        f"`->` moves something from one value to another, and `{statement.comparison}` only selects",
-        way.span,
-        helps=(
-            replacement(
-                f"write `=`: `{expression_text(statement.left)} = {start} -> {end};`",
-                Span(statement.left.span.end, way.span.start),
-                " = ",
-            ),
-            replacement(
-                "a bound that moves is written with `.s`", way.span, f"{start} + ({end} - ({start}))*.ease(.s)"
-            ),
-        ),
-    )
 
 
 def _statements(

@@ -35,4 +35,5 @@ class SceneExtender:
             settings=dict(self.scene.settings),
             added=more,
             element=lambda path, name: places.get((path, name), (0.0, 0.0)),
+            read_table=self.scene.tables.__getitem__,
         )

@@ -25,7 +25,13 @@ def joined(steps: Sequence[Step]) -> frozenset[AnchorRef]:
 
 def attached(things: Sequence[Thing]) -> frozenset[AnchorRef]:
     """The anchors that springs, dampers and cylinders are attached to."""
-    return frozenset(ref for thing in things if thing.kind.attached and not thing.hidden for ref in thing.through)
+    return frozenset(
+        ref
+        for thing in things
+        if thing.kind.attached and not thing.hidden
+        for ref in thing.through
+        if isinstance(ref, AnchorRef)
+    )
 
 
 def fixed(steps: Sequence[Step], mentioned: Mapping[int, int]) -> dict[AnchorRef, Place]:

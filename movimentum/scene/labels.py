@@ -8,7 +8,7 @@ from itertools import count
 
 from movimentum.diagnostics import replacement
 from movimentum.errors import ScriptError
-from movimentum.expressions import walk
+from movimentum.expressions import Expr, clock, walk
 from movimentum.records import replace
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
@@ -35,6 +35,9 @@ def build_texts(
     """The things with what their texts consist of; ``variables`` are those that statements mention, ``start`` is the
     time of the first step.
     """
+    table = ThingTable(
+        [_valued(thing, table, definitions, inference, variables, start, findings) for thing in table.things]
+    )
     places = {definition.name: definition for definition in reversed(definitions)}
     made: list[Thing] = []
     for thing in table.things:
@@ -60,6 +63,92 @@ def build_texts(
     return tuple(made)
 
 
+def _valued(
+    thing: Thing,
+    table: ThingTable,
+    definitions: Sequence[Definition],
+    inference: Inference,
+    variables: Sequence[str],
+    start: Fraction,
+    findings: Findings,
+) -> Thing:
+    """A thing with what it shows in every frame: the values of a graph."""
+    if not thing.kind.valued:
+        return thing
+    definition = next(item for item in definitions if item.name == thing.name)
+    over = [each for part in definition.parts if isinstance(part, Option) and part.name == "over"
+            for each in part.arguments]  # fmt: skip
+    values: list[tuple[Expr, ...]] = []
+    for node in (*over, *definition.shape.arguments):
+        if isinstance(node, Text):
+            if node not in over:  # those have been refused
+                title = "write the expression without quotes"
+                helps = (replacement(title, node.span, node.text),)
+                findings.error("kind/mismatch", "this must be an expression", node.span, helps=helps)
+            continue
+        kind = Kind.SCALAR if thing.kind.valued == 1 or node in over else Kind.VECTOR
+        value = _read(node, kind, inference, variables, table, start, findings)
+        if value is not None:
+            values.append(value)
+    if not over and thing.kind.valued == 1:
+        values.insert(0, (clock(start),))
+    return replace(thing, values=tuple(values))
+
+
+def _read(
+    node: Expression,
+    kind: Kind,
+    inference: Inference,
+    variables: Sequence[str],
+    table: ThingTable,
+    start: Fraction,
+    findings: Findings,
+) -> tuple[Expr, ...] | None:
+    """What has a value at a moment, derivatives included; None after an error."""
+    what = "a graph shows numbers, and this is a vector: its `.x`, `.y` or `.l`?"
+    if kind is Kind.VECTOR:
+        what = "a point has a velocity, and this is a number"
+    value = _known(node, kind, what, inference, variables, table, start, findings)
+    for part in value or ():
+        for each in walk(part):
+            blank = each.op == "symbol" and isinstance(each.payload, Anonymous)
+            if blank or each.op in ("integral", "lifetime", "phase"):
+                message = "a graph shows what is known at a moment: an integral, `_`, `.iv` or `.s` is not"
+                helps = ("state a variable in a step, `v = …;`, and show that: `.graph(v)`",)
+                findings.error("kind/mismatch", message, node.span, helps=helps)
+                return None
+    return value
+
+
+def _known(
+    node: Expression,
+    kind: Kind,
+    what: str,
+    inference: Inference,
+    variables: Sequence[str],
+    table: ThingTable,
+    start: Fraction,
+    findings: Findings,
+) -> tuple[Expr, ...] | None:
+    """An expression in the terms of the scene; None after an error."""
+    errors = findings.errors
+    nodes = tuple(postorder(node))
+    meanings = resolve(nodes, table, findings)
+    if meanings is None:
+        return None
+    for each in nodes:
+        if isinstance(each, Name) and isinstance(meanings.get(id(each)), VariableUse) and each.name not in variables:
+            _report_variable(each, variables, table, findings)
+    if findings.errors != errors:
+        return None
+    inference.expression(nodes, meanings)
+    inference.require(node, kind, what)
+    inference.finish()
+    if findings.errors != errors:
+        return None
+    return lower(nodes, meanings, Context(inference, findings, count(), start, things=table.things))
+
+
 def _text_of(definition: Definition) -> Text | None:
     options = [part for part in definition.parts if isinstance(part, Option) and part.name == "text"]
     arguments = (*definition.shape.arguments, *(each for option in options for each in option.arguments))
@@ -75,23 +164,12 @@ def _shown(
     findings: Findings,
 ) -> Shown | None:
     errors = findings.errors
-    nodes = tuple(postorder(field.expression))
-    meanings = resolve(nodes, table, findings)
-    if meanings is None:
+    what = "a text shows numbers, and this is a vector"
+    value = _known(field.expression, Kind.SCALAR, what, inference, variables, table, start, findings)
+    if value is None:
         return None
-    for node in nodes:
-        if isinstance(node, Name) and isinstance(meanings.get(id(node)), VariableUse) and node.name not in variables:
-            _report_variable(node, variables, table, findings)
-    if findings.errors != errors:
-        return None
-    inference.expression(nodes, meanings)
-    inference.require(field.expression, Kind.SCALAR, "a text shows numbers, and this is a vector")
-    inference.finish()
-    if findings.errors != errors:
-        return None
-    value = lower(nodes, meanings, Context(inference, findings, count(), start, things=table.things))
     _check_format(field, findings)
-    if value is None or findings.errors != errors:
+    if findings.errors != errors:
         return None
     for node in walk(value[0]):
         blank = node.op == "symbol" and isinstance(node.payload, Anonymous)

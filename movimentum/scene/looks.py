@@ -17,6 +17,7 @@ from movimentum.things.kind import Color, Look, ThingKind
 from movimentum.things.kinds.bar import BAR
 from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.poles import POLODE
 from movimentum.things.options import COLOR
 from movimentum.things.registry import kind_of
 
@@ -89,9 +90,11 @@ def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Loo
             if pins is None and dress.jointed and kind.link:
                 pins = max(2.0, 0.27 * (outline or dress.width))
             outline = outline or kind.broad * dress.width or None
+        elif kind.surface:
+            color = color or dress.fill
         elif COLOR in kind.options:
             color = color or (theme.accent if kind.accented else theme.ink)
-    paint = (fill if kind.anchors is not None else None) or color or kind.main_ink
+    paint = (fill if kind.anchors is not None or kind.surface else None) or color or kind.main_ink
     if edge is None and kind.inside:
         edge = INK if fill is None and color is None else darker(paint)
     width = outline or kind.width
@@ -146,7 +149,7 @@ def _link_width(things: Iterable[Thing]) -> float:
 def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, float]]) -> tuple[AnchorRef, ...]:
     """The fixed anchors at which a theme draws a support, one for each place: those of links that show none yet."""
     grounds = [thing for thing in things if thing.kind is GROUND]
-    shown = {ref for thing in grounds for ref in thing.through}
+    shown = {ref for thing in grounds for ref in thing.through if isinstance(ref, AnchorRef)}
     taken = {place for ref, place in fixed.items() if ref in shown or things[ref.thing].look.fixed}
     taken |= {anchor.local for thing in grounds for anchor in thing.anchors}
     found: list[AnchorRef] = []
@@ -163,7 +166,12 @@ def says_nothing(definitions: Sequence[Definition], config: Config, painted: boo
 
     ``painted``: whether a statement is about a colour or an opacity.
     """
-    options = {part.name for item in definitions for part in item.parts if isinstance(part, Option)}
+    options = {
+        part.name
+        for item in definitions
+        for part in item.parts
+        if isinstance(part, Option) and item.shape.word != POLODE.word
+    }
     if config.background is not None or painted or options & SPOKEN:
         return False
     kinds = {

@@ -31,6 +31,7 @@ from movimentum.expressions import (
     sub,
     symbol,
 )
+from movimentum.expressions.tables import Table
 from movimentum.records import dataclass, field
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
@@ -302,6 +303,8 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
             cross = sub(mul(ux, vy), mul(uy, vx))
             dot = add(mul(ux, vx), mul(uy, vy))
             return (call("atan2d", cross, dot),)
+        case "table" if node.reads is not None:
+            return (call("table", arguments[0][0], payload=node.reads.table),)
         case "i":
             return tuple(integral(part, context.step_time) for part in arguments[0])
         case "d":
@@ -379,16 +382,19 @@ def _checked(node: Expression, value: Value, values: dict[int, Value], context: 
 
 
 def _why(node: Expression) -> tuple[str, ...]:
-    if isinstance(node, Call):
-        match node.function:
-            case "q":
-                return ("a root needs a number of 0 or more",)
-            case "ln":
-                return ("a logarithm needs a number greater than 0",)
-            case "asin" | "acos":
-                return (f"`.{node.function}` takes numbers from -1 to 1",)
-            case "mod":
-                return ("the divisor must not be 0",)
-            case _:
-                return ()
-    return ()
+    if not isinstance(node, Call):
+        return ()
+    if node.reads is not None and isinstance(table := node.reads.table, Table):
+        first, last = table.span
+        return (f"the table goes from {first:g} to {last:g}; `.held` keeps its first and last values beyond",)
+    match node.function:
+        case "q":
+            return ("a root needs a number of 0 or more",)
+        case "ln":
+            return ("a logarithm needs a number greater than 0",)
+        case "asin" | "acos":
+            return (f"`.{node.function}` takes numbers from -1 to 1",)
+        case "mod":
+            return ("the divisor must not be 0",)
+        case _:
+            return ()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 from fractions import Fraction
+from typing import TypeAlias
 
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import Expr, const
@@ -17,6 +18,7 @@ from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.shown import Piece
+from movimentum.scene.tables import Tables
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
 from movimentum.things.kind import Look, Own, ThingKind
@@ -124,12 +126,26 @@ class AnchorRef:
 
 
 @dataclass(frozen=True, slots=True)
+class FixedPoint:
+    """A point of the canvas (``anchor``, which has no name) at which thing number ``thing`` is drawn."""
+
+    thing: int
+    anchor: Anchor
+
+
+PointRef: TypeAlias = AnchorRef | FixedPoint
+"""What a thing is drawn at."""
+
+
+@dataclass(frozen=True, slots=True)
 class Thing:
     """A rigid body (or what is only drawn at other things' anchors: those in ``through``).
 
     ``own``: what only things of its ``kind`` have. ``text`` is a label's, or what is written at a dimension, an arc or
     a vector; where numbers in it change, ``pieces`` are its parts, and ``text`` is how it looks where all of them are
-    0. ``placement``: that of the copy which a thing belongs to (its anchors are placed already).
+    0. ``about``: the things that it is about, by number; ``clip``: the thing inside which it is seen. ``values``: what
+    a graph shows (first that over which it shows it), or the points whose velocities are shown. ``placement``: that of
+    the copy which a thing belongs to (its anchors are placed already).
     """
 
     number: int
@@ -142,7 +158,10 @@ class Thing:
     look: Look = field(default_factory=Look)
     text: str | None = None
     pieces: tuple[Piece, ...] = ()
-    through: tuple[AnchorRef, ...] = ()
+    through: tuple[PointRef, ...] = ()
+    about: tuple[int, ...] = ()
+    clip: int | None = None
+    values: tuple[tuple[Expr, ...], ...] = ()
     placement: CopyFrame = HERE
 
     @property
@@ -316,6 +335,8 @@ class Scene:
     """Fixed anchors that are drawn with a support although the script does not say so."""
     elements: Elements = field(default_factory=Elements)
     """The elements of drawings that anchors are named after."""
+    tables: Tables = field(default_factory=Tables)
+    """The tables that it reads of files."""
 
     def drawing_order(self) -> tuple[int, ...]:
         """Thing numbers from back to front: by layer, then by order of definition.
@@ -330,10 +351,16 @@ class Scene:
 
         return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
 
+    def local(self, ref: PointRef) -> tuple[float, float]:
+        """Where a point is in the local frame of its thing."""
+        if isinstance(ref, FixedPoint):
+            return ref.anchor.local
+        return self.things[ref.thing].anchors[ref.anchor].local
+
     @property
     def shows_numbers(self) -> bool:
         """Whether its pictures show anything but where things are: numbers in texts, velocities."""
-        return any(thing.pieces or thing.kind is VECTOR for thing in self.things)
+        return any(thing.pieces or thing.values or thing.about or thing.kind is VECTOR for thing in self.things)
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

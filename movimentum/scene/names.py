@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr, walk
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Table
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
@@ -19,7 +20,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.syntax.printer import number_text
+from movimentum.syntax.printer import number_text, text_literal
 
 _AXES = "xyz"
 _SUM, _PRODUCT, _UNARY, _POWER, _ATOM = range(5)
@@ -127,9 +128,21 @@ def _written(scene: Scene, node: Expr, tight: Callable[[Expr, int], str]) -> tup
             return f"{{ {e} : {below} > {bound} : {above} }}", _ATOM
         case "integral" | "derivative":
             return f".{node.op[0]}({tight(args[0], _SUM)})", _ATOM
+        case "table":
+            assert isinstance(node.payload, Table)
+            return _table_text(node.payload, tight(args[0], _SUM)), _ATOM
         case op:
             word = (op in BY_NAME and BY_NAME[op].word) or op
             return f".{word}({', '.join(tight(arg, _SUM) for arg in args)})", _ATOM
+
+
+def _table_text(table: Table, argument: str) -> str:
+    """A table as a script calls it; its derivative by its argument as a quotient of differentials."""
+    file, column, rest = table.spelled
+    text = f".table({text_literal(file)}, {text_literal(column)}, {argument}){rest}"
+    for _ in range(table.order):
+        text = f".d({text})/.d({argument})"
+    return text
 
 
 def _fraction_text(value: Fraction) -> str:

@@ -118,6 +118,24 @@ def _text(argument: Argument, findings: Findings) -> str | None:
     return None
 
 
+def _thing_named(argument: Argument, findings: Findings) -> Expression | None:
+    if not isinstance(argument, Text):
+        return argument
+    helps = (replacement(f"write `{argument.text}`", argument.span, argument.text),)
+    findings.error("kind/mismatch", "this must be the name of a thing", argument.span, helps=helps)
+    return None
+
+
+def _expressions(arguments: Sequence[Argument], findings: Findings) -> tuple[Expression, ...] | None:
+    for argument in arguments:
+        if isinstance(argument, Text):
+            title = "write the expression without quotes"
+            helps = (replacement(title, argument.span, argument.text),)
+            findings.error("kind/mismatch", "this must be an expression", argument.span, helps=helps)
+            return None
+    return tuple(argument for argument in arguments if not isinstance(argument, Text))
+
+
 # --- reading --------------------------------------------------------------------------------------
 
 
@@ -144,6 +162,16 @@ def value_of(rule: OptionRule, arguments: Sequence[Argument], findings: Findings
             return _dash(arguments, rule.what, findings)
         case OptionForm.OPACITY:
             return _opacity(arguments[0], rule.what, findings)
+        case OptionForm.THING:
+            return _thing_named(arguments[0], findings)
+        case OptionForm.NUMBERS:
+            found = [constant(argument, rule.what, findings) for argument in arguments]
+            return None if None in found else tuple(found)
+        case OptionForm.SIDES:
+            sides = [positive(argument, rule.what, findings) for argument in arguments]
+            return None if None in sides else tuple(sides)
+        case OptionForm.EXPRESSIONS:
+            return _expressions(arguments, findings)
         case OptionForm.PINS:
             return positive(arguments[0], rule.what, findings) if arguments else PIN_RADIUS
 
@@ -162,7 +190,7 @@ def read_options(options: list[Option], kind: ThingKind, findings: Findings) -> 
         elif not rule.least <= len(option.arguments) <= rule.most:
             _report_count(option, rule, findings)
         elif (value := value_of(rule, option.arguments, findings)) is not None:
-            read[option.name] = value
+            read[rule.key] = value
     return read
 
 
@@ -203,7 +231,7 @@ def report_twice(option: Option, first: Span, findings: Findings) -> None:
 
 def report_count(option: Option, count: int, findings: Findings) -> None:
     """An option with too few or too many arguments."""
-    wanted = "no argument" if count == 0 else "1 argument"
+    wanted = "no argument" if count == 0 else "1 argument" if count == 1 else f"{count} arguments"
     findings.error(
         "syntax/arguments", f"`.{option.name}` takes {wanted}, not {len(option.arguments) or 'none'}", option.span
     )

@@ -196,7 +196,8 @@ def report_unknown_thing(name: str, anchor: str, span: Span, table: ThingTable, 
     guess = findings.nearest(name, table.having(anchor)) or findings.nearest(name, table.number)
     helps: tuple[str | Fix, ...] = ()
     if guess is not None:
-        helps = (replacement(f"did you mean `{guess}.{anchor}`?", span, guess),)
+        spelled = f"{guess}.{anchor}" if anchor else guess
+        helps = (replacement(f"did you mean `{spelled}`?", span, guess),)
     elif table.number and len(table.number) <= 8:
         helps = ("things are " + ", ".join(f"`{name}`" for name in table.number),)
     findings.error("name/unknown-thing", f"there is no thing called `{name}`", span, helps=helps)

@@ -34,6 +34,17 @@ ARROW = ("arrow x", "arrow y")
 """Names of the components of a vector's arrow (world pixels) among the properties of poses."""
 
 
+POLE = ("pole x", "pole y", "pole w")
+"""Names of the homogeneous coordinates of a pole (x w, y w, w) among the properties of poses."""
+CIRCLE = ("circle x", "circle y", "circle r")
+"""The same for the centre and the radius of an inflection circle."""
+
+
+def value_name(number: int, axis: int = 0) -> str:
+    """The name of a component of value number ``number`` of a graph and the like among the properties of poses."""
+    return f"value {number} {axis}"
+
+
 def text_number(number: int) -> str:
     """The name of number ``number`` of a thing's text among the properties of poses."""
     return f"text {number}"

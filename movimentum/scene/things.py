@@ -14,18 +14,18 @@ from movimentum.scene.anchors import build_anchors, moved
 from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
 from movimentum.scene.looks import Stated, look_of
-from movimentum.scene.model import Anchor, AnchorRef, Elements, Thing
+from movimentum.scene.model import Anchor, AnchorRef, Elements, FixedPoint, PointRef, Thing
 from movimentum.scene.options import read_options, value_of
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
 from movimentum.source import drawing_file
-from movimentum.syntax.expression_tree import Element, Name
+from movimentum.syntax.expression_tree import Element, Expression, Member, Name
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
+from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text, is_fixed_point
 from movimentum.things.kind import Own, ThingKind
 from movimentum.things.kinds.line import LINE
 from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.vector import VECTOR
-from movimentum.things.registry import kind_of
+from movimentum.things.registry import KINDS, kind_of
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
 """From an image's path to its (width, height) in pixels, or what is wrong with it (a `MovimentumError` will do)."""
@@ -70,8 +70,14 @@ def build_things(
         _report_far(thing, findings)
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
-        if _follows(definition, things[number].kind):
-            things[number] = replace(things[number], through=_references(definition, table, findings))
+        kind = things[number].kind
+        if kind.wholes is not None:
+            things[number] = replace(things[number], about=_wholes(definition, table, findings))
+        elif _follows(definition, kind):
+            points = _points(number, definition, placements.get(definition.name), table, findings)
+            things[number] = replace(things[number], through=points)
+        if "clip" in read[number][1]:
+            things[number] = replace(things[number], clip=_clip(number, read[number][1]["clip"], table, findings))
     return ThingTable(things), tuple(stated for _, stated in read)
 
 
@@ -82,7 +88,7 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
         if (value := value_of(rule, [argument], findings)) is not None:
             read[rule.name] = value
     own = _picture(definition, read, assets, findings) if kind.own is SpriteImage else kind.made(read)
-    written = [part for part in definition.parts if isinstance(part, AnchorDefinition)]
+    written = [part for part in definition.parts if isinstance(part, AnchorDefinition) and part.name]
     size = own.image_size if isinstance(own, SpriteImage) else None
     height = None if "topleft" in read or size is None else size[1]
     anchors = _anchors(definition, written, own, height, assets, findings)
@@ -122,7 +128,7 @@ def _picture(definition: Definition, read: dict[str, Any], assets: Assets, findi
 def _follows(definition: Definition, kind: ThingKind) -> bool:
     """Whether a thing is drawn at anchors of others; some kinds may have an anchor of their own instead."""
     return kind.points is not None and (
-        kind.anchors is None or any(isinstance(part, Reference) for part in definition.parts)
+        kind.anchors is None or any(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
     )
 
 
@@ -235,23 +241,112 @@ def _spelled(definition: Definition, kind: ThingKind) -> str:
     return f".{kind}({', '.join(arguments)})" if arguments else f".{kind}"
 
 
-def _references(definition: Definition, table: ThingTable, findings: Findings) -> tuple[AnchorRef, ...]:
-    """The anchors that a line is drawn through."""
-    references = [part for part in definition.parts if isinstance(part, Reference)]
-    found: list[AnchorRef] = []
-    for item in references:
-        name = expression_text(item.thing)
-        number = table.number.get(name)
-        if number is None:
-            report_unknown_thing(name, item.anchor, item.thing.span, table, findings)
-            continue
-        anchor = table.anchor(number, item.anchor)
-        if anchor is None:
-            report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
-        else:
-            found.append(anchor)
-    _check_count(definition, len(references), findings)
+def _points(
+    number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
+) -> tuple[PointRef, ...]:
+    """What a thing is drawn at: anchors of others, and points of the canvas."""
+    found: list[PointRef] = []
+    for item in definition.parts:
+        if isinstance(item, Reference):
+            ref = _anchor_named(item, table, findings)
+            if ref is not None:
+                found.append(ref)
+        elif isinstance(item, AnchorDefinition):
+            found += [FixedPoint(number, anchor) for anchor in _fixed_point(item, definition, placement, findings)]
+    count = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
+    _check_count(definition, count, findings)
     return tuple(found)
+
+
+def _fixed_point(
+    item: AnchorDefinition, definition: Definition, placement: CopyFrame | None, findings: Findings
+) -> list[Anchor]:
+    if item.name:
+        findings.error(
+            "kind/anchors",
+            f"`{definition.name}` is drawn at anchors of other things, so it has none of its own",
+            item.span,
+            helps=(replacement("name a point of the canvas by its place", item.name_span.to(item.base.span),
+                               findings.source.slice(item.base.span)),) if not item.offsets else (),
+        )  # fmt: skip
+        return []
+    found = build_anchors([item], lambda node: None, findings)
+    return [moved(each, *placement.placed(*each.coordinates)) for each in found] if placement is not None else found
+
+
+def _anchor_named(item: Reference, table: ThingTable, findings: Findings) -> AnchorRef | None:
+    name = expression_text(item.thing)
+    number = table.number.get(name)
+    if number is None:
+        report_unknown_thing(name, item.anchor, item.thing.span, table, findings)
+        return None
+    anchor = table.anchor(number, item.anchor)
+    if anchor is None:
+        report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
+    return anchor
+
+
+def _wholes(definition: Definition, table: ThingTable, findings: Findings) -> tuple[int, ...]:
+    """The things that a thing is about."""
+    kind = kind_of(definition.shape.word)
+    assert kind.wholes is not None
+    references = [part for part in definition.parts if isinstance(part, Reference)]
+    found = [body for item in references if (body := _body(item.thing, kind, table, findings)) is not None]
+    least, most = kind.wholes
+    if not least <= len(references) <= most:
+        some = f"{least}" if least == most else f"{least} or {most}" if most == least + 1 else f"{least} to {most}"
+        findings.error(
+            "kind/anchors",
+            f"{kind.written} is about {some} {'thing' if most == 1 else 'things'}, `{definition.name}` names "
+            f"{len(references) or 'none'}",
+            definition.name_span,
+            helps=(f"write `{definition.name} : .{kind} {' '.join(('Thing', 'Other')[: max(1, least)])};`",),
+        )
+    if len(set(found)) < len(found):
+        findings.error("kind/anchors", f"`{definition.name}` names a thing twice", definition.name_span)
+    return tuple(found)
+
+
+def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findings) -> int | None:
+    """The number of the body that is named."""
+    name = expression_text(node)
+    number = table.number.get(name)
+    owner = table.number.get(expression_text(node.operand)) if isinstance(node, Member) else None
+    if number is None and owner is not None:
+        title = f"{kind.written} is about the whole thing: write `{table.things[owner].name}`"
+        helps = (replacement(title, node.span, table.things[owner].name),)
+        findings.error("kind/mismatch", f"`{name}` is an anchor, not a thing", node.span, helps=helps)
+    elif number is None:
+        report_unknown_thing(name, "", node.span, table, findings)
+    elif not table.things[number].is_body:
+        thing = table.things[number]
+        findings.error("kind/mismatch", f"`{name}` is {thing.called}, which does not move by itself", node.span)
+        return None
+    elif not table.things[number].anchors:
+        message = f"`{name}` has no anchor by which its motion could be told"
+        findings.error("kind/anchors", message, node.span, helps=("give it an anchor",))
+        return None
+    return number
+
+
+def _clip(number: int, node: Expression, table: ThingTable, findings: Findings) -> int | None:
+    """The thing inside which a thing is seen."""
+    name = expression_text(node)
+    found = table.number.get(name)
+    if found is None:
+        report_unknown_thing(name, "", node.span, table, findings)
+        return None
+    kind = table.things[found].kind
+    if found == number:
+        message = f"`{name}` cannot be cut off by itself"
+        findings.error("kind/mismatch", message, node.span, helps=("name another thing, inside which it is seen",))
+        return None
+    if not kind.cuts:
+        takers = ", ".join(other.written for other in KINDS.values() if other.cuts)
+        message = f"`{name}` is {table.things[found].called}, which has no inside"
+        findings.error("kind/mismatch", message, node.span, notes=(f"a thing is seen inside {takers}",))
+        return None
+    return found
 
 
 def _check_count(definition: Definition, count: int, findings: Findings) -> None:

@@ -19,7 +19,8 @@ from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.block.closed_form import State
-from movimentum.tolerances import FRAME_SOLVED, ROUNDING_OF_ROWS
+from movimentum.solver.block.meeting import solutions_meet
+from movimentum.tolerances import FRAME_SOLVED, INEQUALITY_BLURRED, ROUNDING_OF_ROWS
 
 
 class Judge:
@@ -85,8 +86,19 @@ class Judge:
             off = np.maximum(off - np.nan_to_num(self._rounding(state, instants), posinf=0.0), 0.0)
             off[: len(rows)] /= self._sizes
             off[len(rows) :] /= self.size
+            self._forgive_touching(off[len(rows) :], state, instants)
             worst = np.max(off, axis=0, initial=0.0)
         return np.where(np.isfinite(worst), worst, np.inf)
+
+    def _forgive_touching(self, beyond: FloatArray, state: State, instants: Instants) -> None:
+        """Take away the amounts ``beyond`` (inequalities, F) that rounding makes where two solutions meet."""
+        count = len(instants)
+        touching = np.argwhere((beyond > FRAME_SOLVED) & (beyond <= INEQUALITY_BLURRED))
+        for i, place in [(int(i), int(place)) for i, place in touching]:
+            one = [None if value is None else np.broadcast_to(value, count)[place : place + 1] for value in state]
+            clocks = [clock[place : place + 1] for clock in instants.clocks]
+            if solutions_meet(self.plan, symbol_numbers(self.plan.system.selectors[i].value), one, clocks):
+                beyond[i, place] = 0.0
 
     def _rounding(self, state: State, instants: Instants) -> FloatArray:
         """(rows and inequalities, F) what rounding makes of each."""

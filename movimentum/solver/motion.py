@@ -48,7 +48,7 @@ class AnyMotion(Protocol):
         ...
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
-        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start)."""
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the film's start)."""
         ...
 
     def poses_at(self, times: Sequence[Fraction]) -> Poses:
@@ -80,7 +80,7 @@ class PathMotion:
         return ()
 
     def poses(self, first: int, stop: int, *, angles: bool = True) -> Poses:
-        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the animation's start).
+        """The poses of frames ``first`` … ``stop - 1`` (numbered from 0 at the film's start).
 
         Without ``angles`` the continuous turn in degrees, which no picture needs, is found only where it was needed
         anyway (`Poses.angle` then holds nothing of use).

@@ -39,7 +39,7 @@ class SpelledPoses(Protocol):
 class Poses:
     """Everything a picture or a table needs of F frames of a scene with N things.
 
-    ``frames``     (F,) frame numbers, int64, counted from 0 at the animation's start
+    ``frames``     (F,) frame numbers, int64, counted from 0 at the film's start
     ``times``      (F,) absolute times
     ``origin``     (N, F, 2) world position of each thing's local origin (pixels, y up; see `scene.model`)
     ``direction``  (N, F, 2) cosine and sine of each thing's turn

@@ -24,7 +24,14 @@ from movimentum.solver.start.resumption import Branch, first_beginning, times_af
 from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
-from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, LEADS_FARTHER, LEAST_BEYOND, SHORT_PIECE
+from movimentum.tolerances import (
+    BEYOND_VIOLATION,
+    INEQUALITY_BLURRED,
+    INEQUALITY_MET,
+    LEADS_FARTHER,
+    LEAST_BEYOND,
+    SHORT_PIECE,
+)
 
 MAXIMAL_PIECES = 400
 """Of one segment; where there would be more, the rest is not looked at."""
@@ -303,6 +310,11 @@ def _beyond_inequality(
                 break
             resume = min(time + 2.0 * (resume - time), length)
     selection = select(plan, segment_motion.segment.start, resume, ahead, carry, totals_of(plan, carry))
+    if selection.choices is None:  # the solutions may meet there: what they are apart from then on is seen farther on
+        ahead = _clearly_violated(piece, selector, time, length, ahead)
+        touching = select(plan, segment_motion.segment.start, time, ahead, carry, totals_of(plan, carry))
+        if touching.choices is not None:
+            selection, resume = touching, time
     piece.end = time
     if selection.choices is None:
         segment_motion.troubles.append(
@@ -312,3 +324,16 @@ def _beyond_inequality(
         return None, length
     segment_motion.beginnings.append(PathBeginning(resume, selection, carry, PathReason.INEQUALITY, selector))
     return selection.choices, resume
+
+
+def _clearly_violated(piece: Piece, selector: int, time: float, length: float, ahead: float) -> float:
+    """How long after ``time`` a path that violates an inequality from then on does so clearly; at least ``ahead``."""
+    plan = piece.plan
+    while time + ahead < length:
+        instants = piece.instants(np.array([time + ahead]))
+        with np.errstate(all="ignore"):
+            value = first_of(plan.selectors[selector](piece.evaluate(instants)[0], instants.clocks)[0])
+        if not value >= -INEQUALITY_BLURRED * plan.size:
+            break
+        ahead *= 2.0
+    return min(ahead, length - time)

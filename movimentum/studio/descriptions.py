@@ -14,6 +14,7 @@ from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.expressions import Expr, symbols
 from movimentum.scene.model import (
     AnchorCoordinate,
+    AnchorRef,
     Bearing,
     Ending,
     GearPair,
@@ -77,7 +78,7 @@ def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
         "hidden": thing.hidden,
         "radius": thing.radius,
         "width": thing.look.outline,
-        "through": [[ref.thing, ref.anchor] for ref in thing.through],
+        "through": [[ref.thing, ref.anchor] for ref in thing.through if isinstance(ref, AnchorRef)],
         "anchors": {anchor.name: list(anchor.local) for anchor in thing.anchors},
     }
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from movimentum.errors import MovimentumError, UsageError
-from movimentum.output.files import whole_file
+from movimentum.output.files import write_script
 from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.studio.messages import (
@@ -29,11 +29,11 @@ from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.exchange import exported
 from movimentum.workflow.read import mentioned_files, read
+from movimentum.workflow.samples import gallery
 
 UNTITLED = "untitled"
 MOST_RECENT = 8
 MOST_LISTED = 500
-_WINDOWS_MARK = b"\xef\xbb\xbf"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,16 +81,6 @@ def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
     return next((other.name for other in beside if stamp(other) == before), "")
 
 
-def write_script(path: Path, text: str) -> None:
-    """Write a script, whole or not at all; `UsageError` if that cannot be done. A mark at its beginning stays."""
-    try:
-        marked = path.read_bytes()[:3] == _WINDOWS_MARK
-    except OSError:
-        marked = False
-    with whole_file(path) as part:
-        part.write_bytes((_WINDOWS_MARK if marked else b"") + text.encode("utf-8"))
-
-
 def free_name(folder: Path) -> Path:
     """A file that does not exist yet, for a script without a name."""
     names = (f"{UNTITLED}{'' if number == 1 else f'-{number}'}.mov" for number in range(1, 10**6))
@@ -131,16 +121,6 @@ def openable(folder: Path) -> tuple[str, ...]:
 
 
 # --- the start page ---------------------------------------------------------------------------------------
-
-
-def gallery() -> tuple[Path, ...]:
-    """The scripts that come with the program."""
-    here = Path(__file__).resolve().parent
-    for folder in (here / "gallery", here.parent.parent / "scripts"):
-        found = tuple(sorted(folder.glob("*.mov")))
-        if found:
-            return found
-    return ()
 
 
 def state_file(name: str) -> Path:

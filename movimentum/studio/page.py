@@ -27,9 +27,16 @@ MOST_WATCHED = 200
 
 
 class Page:
-    """A page that is open. ``send`` takes messages from any thread."""
+    """A page that is open. ``send`` takes messages from any thread; ``text``: what it has instead of the file's."""
 
-    def __init__(self, script: str | None, folder: Path, choices: Choices, send: Callable[[Any], None]) -> None:
+    def __init__(
+        self,
+        script: str | None,
+        folder: Path,
+        choices: Choices,
+        send: Callable[[Any], None],
+        text: str | None = None,
+    ) -> None:
         self._choices, self._send = choices, send
         self._files = ScriptFile(script, folder, send)
         self._worker = Worker(self._files.path, folder, send, choices)
@@ -54,6 +61,18 @@ class Page:
         self._welcome()
         lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
         self._thumbnails = Thumbnails(lists, send)
+        if text is not None and text != self._text:
+            self.show(text)
+
+    @property
+    def text(self) -> str:
+        """The script as the page has it."""
+        return self._text
+
+    def show(self, text: str) -> None:
+        """Have the page take another text."""
+        self._text, file = text, self._files.file
+        self._send(m.TextOpened("" if file is None else file.name, text, self._files.known.version))
 
     def _welcome(self) -> None:
         files = self._files

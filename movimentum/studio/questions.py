@@ -85,7 +85,7 @@ def _formula(inspector: Inspector, name: str) -> str:
 
 def _solutions(inspector: Inspector) -> tuple[str, list[dict[str, Any]], dict[str, Any] | None]:
     """Every solution, with its picture and what selects it."""
-    parts = inspector.solutions()
+    parts = [part for part in inspector.solutions() if len(part.solutions) > 1]
     found = [solution for part in parts for solution in part.solutions][:MOST_SHOWN]
     if not found:
         return "there is one solution only at this moment", [], None

@@ -183,7 +183,7 @@ def write_recording(
     poses = concatenate([made[number] for number in numbers])
     frames = np.arange(len(numbers), dtype=np.int64)
     poses = replace(poses, frames=frames, times=frames / float(fps))
-    draw = way_to(write.format_of(target), scene, (poses,), PictureOptions(scale=picture.scale))
+    draw = way_to(write.format_of(target), scene, (poses,), PictureOptions(scale=picture.scale or 1.0))
     return draw((poses,), target, fps, picture, progress).frames
 
 

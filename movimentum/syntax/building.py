@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
 from movimentum.source import Span
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.building_values import (
@@ -33,8 +33,10 @@ from movimentum.syntax.expression_tree import (
     Number,
     Operator,
     Sum,
+    Vector,
 )
 from movimentum.syntax.tree import (
+    OWN_POINT,
     AnchorDefinition,
     ClaimStatement,
     ConfigStatement,
@@ -55,6 +57,7 @@ from movimentum.syntax.tree import (
     Statement,
     StepHeader,
     Suffix,
+    is_fixed_point,
 )
 from movimentum.syntax.words import BARE_OPTIONS
 
@@ -71,9 +74,12 @@ class Head:
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """A name with the words and indices behind it, in what follows other things."""
+    """A name with the words and indices behind it, in what follows other things; ``whole``: it names a thing, not an
+    anchor.
+    """
 
     links: Sequence[Piece]
+    whole: bool = False
 
 
 class Builder(ValueBuilder):
@@ -160,7 +166,30 @@ class Builder(ValueBuilder):
         shape = ShapeWord(str(word)[1:], span=word.span)
         return _definition(pieces[0], shape, _behind_points(pieces[3:-1]), pieces[-1].span.end)
 
-    ground = follower
+    def placed(self, pieces: Sequence[Piece]) -> Definition:
+        """``Name : .ground parts;`` and its like: at an anchor of its own, or at one of another thing."""
+        parts = _behind_points(pieces[3:-1])
+        if not any(isinstance(part, Reference) for part in parts):
+            parts = tuple(replace(part, name=OWN_POINT) if is_fixed_point(part) else part for part in parts)
+        return _definition(pieces[0], pieces[2], parts, pieces[-1].span.end)
+
+    whole_follower = follower
+
+    def whole(self, pieces: Sequence[Piece]) -> Points:
+        """A thing, and the words behind it, which may be options."""
+        return Points(pieces, whole=True)
+
+    def fixed_point(self, pieces: Sequence[Piece]) -> AnchorDefinition:
+        """``[x, y]``: a point of the canvas."""
+        span = span_of(pieces)
+        place = Vector((bare(pieces[1]), bare(pieces[3])), span=span)
+        return AnchorDefinition("", place, span=span, name_span=span)
+
+    def clip(self, pieces: Sequence[Piece]) -> Option:
+        """``.clip Thing``."""
+        word, thing = pieces
+        inside = Name(str(thing), span=thing.span)
+        return Option("clip", (inside,), span=span_of(pieces), name_span=word.span)
 
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
         """What a thing is."""
@@ -169,6 +198,8 @@ class Builder(ValueBuilder):
             return ShapeWord("sprite", (text_of(word),), span=word.span)
         arguments = tuple(bare(piece) for piece in pieces[2::2])
         return ShapeWord(str(word)[1:], arguments, span=span_of(pieces))
+
+    placed_shape = shape
 
     def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
         """``P = [x, y]``, ``Q = P + [x, y]``."""
@@ -242,33 +273,71 @@ def _behind_points(pieces: Sequence[Piece]) -> tuple[AnchorDefinition | Referenc
         if not isinstance(piece, Points):
             made.append(piece)
             continue
-        links, least = list(piece.links), 2
-        while isinstance(links[least - 1], InParentheses) and least < len(links):
-            least += 1  # `S[2].P`: the anchor is the first word behind the indices
-        end = len(links)
-        while end > least and isinstance(links[end - 1], Token) and str(links[end - 1])[1:] in BARE_OPTIONS:
-            end -= 1
-        made.append(_point(links[:end]))
-        made.extend(Option(str(word)[1:], span=word.span, name_span=word.span) for word in links[end:])
+        # `Rod.B [100,100]`: the grammar reads a point of the canvas as it reads an index
+        first, *rest = _apart(piece.links)
+        made.extend(_with_options(first, piece.whole))
+        for some in rest:
+            made.append(some[0])
+            made.extend(_options(some[1:]))
     return tuple(made)
 
 
-def _point(links: Sequence[Piece]) -> Reference:
-    first, last = links[0], links[-1]
+def _apart(links: Sequence[Piece]) -> list[list[Piece]]:
+    """The links of one point; each point of the canvas behind it begins its own."""
+    found: list[list[Piece]] = [[]]
+    for link in links:
+        if isinstance(link, AnchorDefinition):
+            found.append([])
+        found[-1].append(link)
+    return found
+
+
+def _with_options(links: list[Piece], whole: bool) -> list[Reference | Option]:
+    least = 1 if whole else 2
+    while least <= len(links) and isinstance(links[least - 1], InParentheses) and least < len(links):
+        least += 1  # `S[2].P`: the anchor is the first word behind the indices
+    end = len(links)
+    while end > least and isinstance(links[end - 1], Token) and str(links[end - 1])[1:] in BARE_OPTIONS:
+        end -= 1
+    point = _whole(links[:end]) if whole else _point(links[:end])
+    return [point, *_options(links[end:])]
+
+
+def _options(words: Sequence[Piece]) -> list[Option]:
+    """Words behind a point, which are options."""
+    for word in words:
+        if isinstance(word, InParentheses):
+            message = "nothing here has an index"
+            raise Refusal(Diagnostic("syntax/unexpected", Severity.ERROR, message, word.span))
+    return [Option(str(word)[1:], span=word.span, name_span=word.span) for word in words]
+
+
+def _path(links: Sequence[Piece]) -> Expression:
+    first = links[0]
     thing: Expression = Name(str(first), span=first.span)
-    for link in links[1:-1]:
+    for link in links[1:]:
         span = Span(first.span.start, link.span.end)
         if isinstance(link, InParentheses):
             thing = Index(thing, link.inner, span=span)
         else:
             thing = Member(thing, str(link)[1:], span=span, name_span=after_dot(link))
-    if isinstance(last, InParentheses):
+    return thing
+
+
+def _whole(links: Sequence[Piece]) -> Reference:
+    span = span_of(links)
+    return Reference(_path(links), "", span=span, anchor_span=span)
+
+
+def _point(links: Sequence[Piece]) -> Reference:
+    last = links[-1]
+    if len(links) < 2 or isinstance(last, InParentheses):
         raise Refusal(
             Diagnostic(
                 "syntax/unexpected",
                 Severity.ERROR,
-                "a point is an anchor of a thing, such as `Thing[1].P`",
-                Span(first.span.start, last.span.end),
+                "a point is an anchor of a thing, such as `Thing[1].P`, or a place such as `[100, 50]`",
+                span_of(links),
             )
         )
-    return Reference(thing, str(last)[1:], span=span_of(links), anchor_span=after_dot(last))
+    return Reference(_path(links[:-1]), str(last)[1:], span=span_of(links), anchor_span=after_dot(last))

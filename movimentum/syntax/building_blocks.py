@@ -22,7 +22,9 @@ _FILE = re.compile(r"[^\s;'\"]+")
 _INDEX = re.compile(r"\(\s*([A-Za-z0-9_+\-* ]+?)\s*\)(?=\s*\.\s*[A-Za-z])")
 _GEAR = re.compile(r"\.(gear|rack)\s*\([^(),;]*\Z")
 _CASE = re.compile(r"\{[^{}]*:[^{}]*;[^{};:]*\Z")
-_POINT = re.compile(r"\.(?:trace|vector|dimension|arc|spring|damper|cylinder|slide|line)\b[^;]*?([A-Za-z]\w*)\s*\Z")
+_POINT = re.compile(
+    r"\.(?:trace|vector|dimension|arc|spring|damper|cylinder|slide|line|area|right|ticks|parallel|label)\b[^;]*?([A-Za-z]\w*)\s*\Z"
+)
 
 
 def other_word(word: str) -> str | None:

@@ -28,6 +28,7 @@ from movimentum.syntax.expression_tree import (
     Range,
     Rotate,
     Sum,
+    TableUse,
     Transition,
     Vector,
 )
@@ -62,6 +63,15 @@ class Case:
     comparison: Comparison
     right: Expression
     value: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class TableOption:
+    """A word behind a table, with the text that it has."""
+
+    word: Token
+    text: Text | Name | None
+    span: Span
 
 
 Piece = Any
@@ -145,6 +155,32 @@ class ValueBuilder:
             )
         return Call(function, arguments, span=span)
 
+    def table(self, pieces: Sequence[Piece]) -> Call:
+        """``.table('file', 'column', argument) options``."""
+        close = next(at for at, piece in enumerate(pieces) if isinstance(piece, Token) and piece.type == "RPAR")
+        arguments = [bare(piece) for piece in pieces[2:close:2]]
+        span = span_of(pieces)
+        words = [(str(option.word)[1:], option.text) for option in pieces[close + 1 :]]
+        if (
+            len(arguments) != 3
+            or not all(isinstance(each, Text | Name) for each in arguments[:2])
+            or isinstance(arguments[2], Text)
+        ):
+            raise _refused_table("`.table` takes a file, a column's name and a value", span)
+        ends = [word for word, _ in words if word in ("held", "periodic")]
+        over = [text for word, text in words if word == "over"]
+        if len({word for word, _ in words}) < len(words) or len(ends) > 1:
+            raise _refused_table("the words behind a table contradict or repeat each other", span)
+        reads = TableUse((*arguments[:2], *over), any(word == "smooth" for word, _ in words), "".join(ends))
+        return Call("table", (arguments[2],), reads, span=span)
+
+    def table_option(self, pieces: Sequence[Piece]) -> TableOption:
+        """``.smooth``, ``.held``, ``.periodic`` or ``.over('column')``."""
+        named = bare(pieces[2]) if len(pieces) > 1 else None
+        if named is not None and not isinstance(named, Text | Name):
+            raise _refused_table("`.over` takes the name of a column", span_of(pieces))
+        return TableOption(pieces[0], named, span_of(pieces))
+
     def at_time(self, pieces: Sequence[Piece]) -> Call:
         """``value.at(time)``."""
         return Call("at", (bare(pieces[0]), bare(pieces[3])), span=span_of(pieces))
@@ -227,6 +263,11 @@ class ValueBuilder:
         operands.extend(bare(piece) for piece in pieces[2::2])
         operators.extend(Operator(token) for token in pieces[1::2])
         return Sum(tuple(operands), tuple(operators), span=span_of(pieces))
+
+
+def _refused_table(message: str, span: Span) -> Refusal:
+    helps = ("write `.table('walk.csv', 'knee', .t)`; behind it, `.smooth`, `.held`, `.periodic`, `.over('time')`",)
+    return Refusal(Diagnostic("syntax/arguments", Severity.ERROR, message, span, helps=helps))
 
 
 # --- pieces ---------------------------------------------------------------------------------------

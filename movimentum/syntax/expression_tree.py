@@ -128,11 +128,27 @@ class Rotate(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class TableUse:
+    """What a `Call` of ``.table`` reads: ``texts`` are its file and its column, and the column of its arguments if that
+    is named; each a `Text`, or the `Name` of a constant. ``ends`` is a word or nothing. The scene stage adds what it
+    found in the file, the ``table``.
+    """
+
+    texts: tuple[Any, ...]
+    smooth: bool = False
+    ends: str = ""
+    table: object = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Call(Node):
-    """``.function(arguments)``; ``function`` is one of the canonical names of `movimentum.syntax.words`."""
+    """``.function(arguments)``; ``function`` is one of the canonical names of `movimentum.syntax.words`. ``reads``: of
+    ``.table``, whose only argument here is the last one.
+    """
 
     function: str
     arguments: tuple[Expression, ...]
+    reads: TableUse | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +277,7 @@ def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expres
         case Member():
             return Member(below[0], node.name, span=span, name_span=node.name_span)
         case Call():
-            return Call(node.function, tuple(below), span=span)
+            return Call(node.function, tuple(below), node.reads, span=span)
         case Negate():
             return Negate(below[0], span=span)
         case Index():

@@ -9,6 +9,7 @@ from movimentum.records import replace
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, claim_meant, copied, meant, other_word
+from movimentum.syntax.first_words import first_word, other_shape, unnamed
 from movimentum.syntax.older import SIGNS, called, sign_fixes, written
 from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
@@ -41,6 +42,7 @@ _WORDS = {
     "MINUS": "`-`",
     "WORD": "an option",
     "OPTION": "an option",
+    "CLIP": "an option",
     "DOTS": "`..`",
     "TO": "`->`",
     "ELEMENT": "`#id`",
@@ -159,7 +161,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
-        names -= {"SPEED", "TO"}  # nobody expects them here
+        names -= {"SPEED", "TO", "CLIP"}  # nobody expects them here
     if "WORD" in names:
         names -= {"WITHIN", "WEIGHT", "EXTREME"} if len(names) > 1 else set()
     if "CIRCUMFLEX" in names or "STAR" in names:
@@ -285,8 +287,12 @@ def _unknown_word(text: str, place: int, accepted: frozenset[str]) -> Diagnostic
     helps: tuple[str | Fix, ...] = (replacement(f"did you mean `.{guess}`?", here, f".{guess}"),) if guess else ()
     if other is not None:
         helps = (other,)
-    if kind == "shape" and not guess:
+    if kind == "shape" and (meant_by := other_shape(word)) is not None:
+        helps = (meant_by,)
+    elif kind == "shape" and not guess:
         helps = (_SHAPES_HELP,)
+    elif "CONFIG" in accepted and (whole := unnamed(word, place)) is not None:
+        helps = (whole,)
     return Diagnostic(
         "syntax/unknown-word",
         Severity.ERROR,
@@ -311,7 +317,8 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     previous = previous_match[0] if previous_match else ""
     begin, here = before - len(previous), Span(place, place + len(found))
     other = (
-        meant(text, before, place, found, accepted)
+        first_word(text, before, place, found, accepted)
+        or meant(text, before, place, found, accepted)
         or claim_meant(text, before, place, found)
         or written(text, before, place, found)
     )

@@ -26,6 +26,7 @@ from movimentum.syntax.expression_tree import (
     Range,
     Rotate,
     Sum,
+    TableUse,
     Transition,
     Vector,
     postorder,
@@ -181,6 +182,8 @@ def expression_text(root: Expression) -> str:
                 made = f"{tight(node.operand, _POSTFIX)}.r({done[id(node.angle)][0]})", _POSTFIX
             case Call():
                 made = f".{node.function}({listed(node.arguments)})", _ATOM
+                if node.reads is not None:
+                    made = _table_text(node.reads, listed(node.arguments)), _ATOM
             case Negate():
                 made = f"-{unturned(node.operand)}", _UNARY
             case Power():
@@ -204,6 +207,16 @@ def expression_text(root: Expression) -> str:
                 made = _piecewise_text(node, done), _ATOM
         done[id(node)] = made
     return done[id(root)][0]
+
+
+def _table_text(reads: TableUse, argument: str) -> str:
+    file, column, *over = (text_literal(each.text) if isinstance(each, Text) else each.name for each in reads.texts)
+    return f".table({file}, {column}, {argument})" + table_options(over[0] if over else "", reads.smooth, reads.ends)
+
+
+def table_options(over: str, smooth: bool, ends: str) -> str:
+    """What stands behind ``.table(…)``; ``over`` is the literal of a column's name."""
+    return (f".over({over})" if over else "") + ".smooth" * smooth + (f".{ends}" if ends else "")
 
 
 def _range_value_text(node: Range, done: Mapping[int, tuple[str, int]]) -> str:
@@ -304,7 +317,9 @@ def _part_text(part: AnchorDefinition | Reference | Option) -> str:
         case Option():
             return _option_text(part)
         case Reference():
-            return f"{expression_text(part.thing)}.{part.anchor}"
+            return f"{expression_text(part.thing)}.{part.anchor}" if part.anchor else expression_text(part.thing)
+        case AnchorDefinition(name=""):
+            return expression_text(part.base)
         case AnchorDefinition():
             offsets = "".join(f" {operator} {_term_text(value)}" for operator, value in part.offsets)
             return f"{part.name} = {_term_text(part.base)}{offsets}"

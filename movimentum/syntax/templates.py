@@ -1,4 +1,5 @@
 """Texts with numbers in them: ``'θ = {Crank.angle:.0f}°'``. Two braces in a row stand for one.
+``F_{12}`` and ``x^{2}`` have lower and raised letters, between marks of their own (see `movimentum.text`).
 
 A field is an expression of the language and, behind a colon, a format of Python's.
 """
@@ -12,6 +13,7 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ClaimStatement, Text, TextField
+from movimentum.text import RAISED, raised
 
 _BEFORE = ".claim "
 """What makes an expression a script, so that it can be parsed: it fits before any field."""
@@ -34,6 +36,9 @@ def pieces_of(text: Text, source: SourceText) -> tuple[str | TextField, ...]:
         here = words[at]
         if here in "{}" and words[at : at + 2] == here * 2:
             letters, at = letters + here, at + 2
+            continue
+        if (level := RAISED.match(words, at)) is not None:
+            letters, at = letters + raised(level[0]), level.end()
             continue
         if here != "{":
             letters, at = letters + here, at + 1

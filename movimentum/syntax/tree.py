@@ -43,7 +43,9 @@ class Option(Node):
 
 @dataclass(frozen=True, slots=True)
 class AnchorDefinition(Node):
-    """``name = base ± offset ± …``; an earlier anchor of the same thing is a `Name`."""
+    """``name = base ± offset ± …``; an earlier anchor of the same thing is a `Name`. Without a name it is a point of
+    the canvas, ``[x, y]``, in what follows other things.
+    """
 
     name: str
     base: Expression
@@ -53,11 +55,22 @@ class AnchorDefinition(Node):
 
 @dataclass(frozen=True, slots=True)
 class Reference(Node):
-    """``Thing.Anchor``, a point of another thing. ``thing`` is a `Name`, or a path such as ``S[1].A``."""
+    """``Thing.Anchor``, a point of another thing. ``thing`` is a `Name`, or a path such as ``S[1].A``. Without an
+    ``anchor``, it is about the thing itself.
+    """
 
     thing: Expression
     anchor: str
     anchor_span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+OWN_POINT = "at"
+"""The name of the anchor of `.label('text') [x, y]`."""
+
+
+def is_fixed_point(part: Node) -> bool:
+    """Whether a part of a definition is a point of the canvas."""
+    return isinstance(part, AnchorDefinition) and not part.name
 
 
 @dataclass(frozen=True, slots=True)

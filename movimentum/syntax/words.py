@@ -34,6 +34,7 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "first": (1, 1),
     "last": (1, 1),
     "at": (2, 2),
+    "table": (3, 3),
 }
 """Canonical name -> the least and the greatest number of arguments (None: any)."""
 

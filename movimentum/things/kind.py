@@ -19,6 +19,11 @@ class Own:
     named after the options and arguments that state them.
     """
 
+    @property
+    def of_film(self) -> bool:
+        """Whether a picture of one frame depends on the whole film."""
+        return False
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ThingKind:
@@ -36,6 +41,9 @@ class ThingKind:
     pale. ``broad``: the width that themes give it, in widths of links; 0 leaves it as it is. ``link``: it has pins at
     its joints in themes; ``supported``: and supports where it is fixed. ``filled``: themes colour its inside, in turn.
     ``accented``: it has a theme's accent colour. ``plain``: a script that says nothing about looks may have it.
+    ``surface``: it is filled although it follows others. ``wholes`` (least, most): it is about so many things, not
+    about their anchors. ``cuts``: other things may be shown only inside it. ``valued``: its arguments are
+    expressions, of so many components. ``loose``: a canvas without a size does not become larger for it.
     ``attached``: pins are drawn at its ends. ``under``: everything else is drawn over it. ``of_film``: its picture
     depends on the whole film.
     """
@@ -56,6 +64,11 @@ class ThingKind:
     link: bool = False
     supported: bool = False
     filled: bool = False
+    surface: bool = False
+    wholes: tuple[int, int] | None = None
+    cuts: bool = False
+    valued: int = 0
+    loose: bool = False
     accented: bool = False
     plain: bool = True
     attached: bool = False

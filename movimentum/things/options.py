@@ -28,11 +28,22 @@ class OptionForm(Enum):
     DASH = auto()
     OPACITY = auto()
     PINS = auto()
+    THING = auto()
+    """The name of a thing."""
+    NUMBERS = auto()
+    """Several numbers."""
+    SIDES = auto()
+    """A breadth and a height."""
+    EXPRESSIONS = auto()
+    """Expressions, which have a value in every frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class OptionRule:
-    """An option (or an argument) ``name``, which messages call ``what``, with ``least`` to ``most`` arguments."""
+    """An option (or an argument) ``name``, which messages call ``what``, with ``least`` to ``most`` arguments.
+
+    ``field``: what its value is called, if not by the name of the option (which means something else for other kinds).
+    """
 
     name: str
     form: OptionForm
@@ -42,6 +53,12 @@ class OptionRule:
     lowest: int = 0
     highest: int = 0
     words: tuple[str, ...] = ()
+    field: str = ""
+
+    @property
+    def key(self) -> str:
+        """What its value is called."""
+        return self.field or self.name
 
 
 def flag(name: str) -> OptionRule:
@@ -66,8 +83,9 @@ ITALIC = flag("italic")
 TEXT = OptionRule("text", OptionForm.TEXT)
 PLACES = OptionRule("places", OptionForm.WHOLE, "the number of decimals", highest=15)
 WHOLE = flag("whole")
+CLIP = OptionRule("clip", OptionForm.THING)
 
-LINED = (COLOR, WIDTH, LAYER, HIDDEN, OPACITY)
+LINED = (COLOR, WIDTH, LAYER, HIDDEN, OPACITY, CLIP)
 """Of whatever has lines."""
 AREA = (*LINED, FILL, EDGE, DASH)
 """Of what has an inside."""

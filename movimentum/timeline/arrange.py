@@ -18,7 +18,7 @@ from movimentum.timeline.trains import Trains
 Sides = tuple[Expr, ...]
 
 MAX_FRAMES = 1_000_000
-"""How many frames an animation may have, unless the caller says otherwise."""
+"""How many frames a film may have, unless the caller says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                 Diagnostic(
                     "limit/frames",
                     Severity.ERROR,
-                    f"the animation would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
+                    f"the film would have {_counted(frames)} frames, more than the limit of {max_frames:,}",
                     scene.steps[-1].span,
                     notes=(f"{span} at {fraction_text(rate)} frames per time unit",),
                     helps=(

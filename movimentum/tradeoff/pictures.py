@@ -45,7 +45,7 @@ class PictureTrade:
 def measure_pictures(
     scene: Scene, source: PoseSource, some: Poses, progress: Callable[[int, int], None]
 ) -> PictureTrade:
-    """Draw the frames ``some`` in every way; ``source`` is the whole animation, to which the canvas fits."""
+    """Draw the frames ``some`` in every way; ``source`` is the whole film, to which the canvas fits."""
     plain = make_painter(scene, source, PictureOptions())
     width, height = plain.size
     finest = max(2, min(FINEST, int((LARGEST / (width * height)) ** 0.5)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass, field
-from movimentum.tolerances import SAME_BOTH_WAYS
+from movimentum.tolerances import SAME_BOTH_WAYS, SAME_BOTH_WAYS_FREE
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.outcomes import OUTCOMES, VariantRows, joined
 from movimentum.variants.single import Variants
@@ -21,8 +21,10 @@ PROVEN = 3
 """Variants that are solved both ways before the others are solved together."""
 COLLECTED = 500
 """Variants solved one by one between two collections: each leaves 8 kB in cycles, which commands do not collect."""
-BLOCKS, SMALLEST, LARGEST = 16, 32, 1024
+BLOCKS, SMALLEST, LARGEST = 16, 128, 1024
 """Blocks that a sweep has at least, and variants in a block, at least and at most."""
+EACH_ALONE = 32
+"""Variants after which the table is told of them, where each is solved by itself."""
 
 
 @dataclass(eq=False)
@@ -175,12 +177,14 @@ class Family:
         """Whether some variants come out the same both ways."""
         columns = [self.grid.names.index(name) for name in batch.pattern.names]
         rows, unsure = batch.rows(examples[:, columns])
+        drifts = any(segment.drifting for segment in batch.pattern.segments)
+        same = SAME_BOTH_WAYS_FREE if drifts else SAME_BOTH_WAYS
         for k, example in enumerate(examples.tolist()):
             if unsure[k]:
                 continue
             values = dict(zip(self.grid.names, example, strict=True))
             outcome, time, measures = self.variants.row(values)
-            off = np.abs(rows.measures[k] - measures) > SAME_BOTH_WAYS * (1.0 + np.abs(measures))
+            off = np.abs(rows.measures[k] - measures) > same * (1.0 + np.abs(measures))
             if (
                 OUTCOMES[int(rows.outcomes[k])] is not outcome
                 or off.any()

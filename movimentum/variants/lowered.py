@@ -176,7 +176,7 @@ class _Lowering:
             return None
         if part.time is not None and not self.timeline.start <= part.time <= self.timeline.end:
             begin, end = time_text(float(self.timeline.start)), time_text(float(self.timeline.end))
-            message = f"t = {time_text(float(part.time))} is outside the animation, from {begin} to {end}"
+            message = f"t = {time_text(float(part.time))} is outside the film, from {begin} to {end}"
             raise wrong(f".at({part.text}, {time_text(float(part.time))})", message)
         found = self._understood(part.text, part.text)
         return self.unfolding.unfolded(found)

@@ -14,7 +14,7 @@ from movimentum.output.files import explained, refuse_overwriting, refuse_unwrit
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText
 from movimentum.variants.axes import VariantGrid, check_constants
-from movimentum.variants.family import LARGEST, SMALLEST, Family, block_size
+from movimentum.variants.family import EACH_ALONE, LARGEST, Family, block_size
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
 from movimentum.variants.single import Variants
@@ -88,7 +88,7 @@ def prepared(source: SourceText, choices: Choices, grid: VariantGrid, measures: 
 
 def solved_chunks(family: Family, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
     """The variants ``waiting`` (by their numbers), block by block; fewer at a time where each takes long."""
-    size = SMALLEST if family.one_by_one else block_size(len(family.grid))
+    size = EACH_ALONE if family.one_by_one else block_size(len(family.grid))
     return ((some, family.rows(some)) for some in pieces(waiting, size))
 
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FreeArrow,
@@ -69,16 +70,23 @@ class Film:
         """How many frames there are, F."""
         return len(self.poses.frames)
 
-    def first_frame(self) -> Film:
-        """The film of its first frame alone, measured from the same pivots."""
+    def frame(self, number: int) -> Film:
+        """The film of one frame alone, measured from the same pivots."""
+        one = slice(number, number + 1)
         bodies = {
-            body: replace(motion, x=motion.x[:1], y=motion.y[:1], angle=motion.angle[:1], visible=motion.visible[:1])
-            for body, motion in self.bodies.items()
+            body: replace(move, x=move.x[one], y=move.y[one], angle=move.angle[one], visible=move.visible[one])
+            for body, move in self.bodies.items()
         }
-        return replace(self, poses=self.poses.select(slice(0, 1)), bodies=bodies)
+        return replace(self, poses=self.poses.select(one), bodies=bodies)
 
     def paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
         """(F,) opacity, 0 where the mark is not drawn, and (F, 3) colour."""
+        opacity, color = self._paint(item)
+        if item.clip is not None:
+            opacity = np.where(clip_outline(item.clip, self.poses).shown, opacity, 0.0)
+        return opacity, color
+
+    def _paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
         mark, poses = item.mark, self.poses
         match mark:
             case NoteMark():

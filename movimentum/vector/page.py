@@ -18,6 +18,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
@@ -31,7 +32,7 @@ from movimentum.drawing.model import (
     TextMark,
 )
 from movimentum.drawing.motion import paint_over
-from movimentum.drawing.parts import FigurePart
+from movimentum.drawing.parts import FigurePart, MovingPart
 from movimentum.drawing.style import (
     ARROW_WIDTH,
     DOT_EDGE,
@@ -47,6 +48,7 @@ from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedDrawing, PreparedMark, Trace
+from movimentum.text import unraised
 from movimentum.vector.film import Film
 from movimentum.vector.images import embedded
 from movimentum.vector.letters import lettering
@@ -54,7 +56,7 @@ from movimentum.vector.letters import lettering
 
 def page_document(film: Film) -> Iterator[str]:
     """The parts of the file; the same each time."""
-    script, style = _shipped("painter.js") + _shipped("player.js"), _shipped("page.css")
+    script, style = shipped("painter.js", "player.js", "page.js"), shipped("page.css", "player.css")
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data:;"
         " base-uri 'none'; form-action 'none'"
@@ -88,8 +90,9 @@ def film_data(film: Film) -> dict[str, Any]:
     return _Data(film).all()
 
 
-def _shipped(name: str) -> str:
-    return files("movimentum.vector").joinpath(name).read_text(encoding="utf-8")
+def shipped(*names: str) -> str:
+    """The text of files that come with this stage, one after the other."""
+    return "".join(files("movimentum.vector").joinpath(name).read_text(encoding="utf-8") for name in names)
 
 
 def _digest(text: str) -> str:
@@ -155,6 +158,16 @@ class _Data:
         }
 
     def _mark(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
+        found = self._unclipped(item, image)
+        if item.clip is not None:
+            found["clip"] = self._columns(clip_outline(item.clip, self.film.poses))
+        return found
+
+    def _columns(self, part: MovingPart) -> list[float | list[int]]:
+        """The points of a part, x and y in turn."""
+        return [self._number(column) for column in part.points.reshape(len(part.points), -1).T]
+
+    def _unclipped(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
         mark = item.mark
         opacity, color = self.film.paint(item)
         paint = {"opacity": self._number(opacity), "color": [self._number(color[:, channel]) for channel in range(3)]}
@@ -211,15 +224,15 @@ class _Data:
             {
                 **_style(part.style),
                 "shown": self._number(part.shown.astype(np.float64)),
-                "moving": [self._number(column) for column in part.points.reshape(len(part.points), -1).T],
+                "moving": self._columns(part),
             }
             for part in moving_parts(mark, poses)
         ]
         words = caption(mark, poses)
         if words is None:
             return {"parts": parts}
-        written_at = {"x": self._number(words.middle[:, 0]), "y": self._number(words.middle[:, 1])}
-        letters = self._words(words.texts, mark.size, "middle", mark.italic, (0.0, 0.0))
+        written_at = {"x": self._number(words.place[:, 0]), "y": self._number(words.place[:, 1])}
+        letters = self._words(words.texts, mark.size, words.align, mark.italic, (0.0, 0.0))
         return {"parts": parts, "caption": {**written_at, **letters}}
 
     def _words(self, words: list[str], height: float, align: str, italic: bool, start: Point) -> dict[str, Any]:
@@ -229,7 +242,7 @@ class _Data:
         for text in numbers:
             letters = lettering(text, height, align, italic)
             place = Affine(1.0, 0.0, start[0], 0.0, 1.0, start[1]) @ letters.place
-            found.append({"text": text, "path": letters.path, "matrix": _matrix(place)})
+            found.append({"text": unraised(text), "path": letters.path, "matrix": _matrix(place)})
         which = np.array([numbers[text] for text in words], dtype=np.float64)
         return {"texts": found, "which": self._number(which)}
 

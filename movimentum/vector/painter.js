@@ -121,6 +121,11 @@ class MovimentumPainter {
     const channels = mark.color.map((channel) => Math.round(this.value(channel, frame)));
     const color = `rgb(${channels.join(",")})`;
     context.save();
+    if (mark.clip) {
+      context.beginPath();
+      this.ring(mark.clip).forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
+      context.clip();
+    }
     context.globalAlpha = opacity;
     context.fillStyle = context.strokeStyle = color;
     this.strokes = mark.width > 0;  // a canvas would not take the width 0
@@ -202,16 +207,21 @@ class MovimentumPainter {
     context.restore();
   }
 
+  /* Points that change, given as x and y in turn. */
+  ring(columns) {
+    const points = [];
+    for (let k = 0; k < columns.length; k += 2) {
+      points.push([this.value(columns[k], this.frame), this.value(columns[k + 1], this.frame)]);
+    }
+    return points;
+  }
+
   /* What is drawn anew in every frame. */
   symbol(mark) {
     const frame = this.frame;
     for (const part of mark.parts) {
       if (this.value(part.shown, frame) <= 0) continue;
-      const ring = [];
-      for (let k = 0; k < part.moving.length; k += 2) {
-        ring.push([this.value(part.moving[k], frame), this.value(part.moving[k + 1], frame)]);
-      }
-      this.part(part, [ring]);
+      this.part(part, [this.ring(part.moving)]);
     }
     if (!mark.caption) return;
     this.context.save();

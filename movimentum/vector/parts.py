@@ -44,6 +44,13 @@ def moving_part(part: MovingPart, ink: str, opacity: FloatArray, decimals: int, 
     style, count = part.style, len(part.points)
     shown = (part.shown & (opacity > 0.0)).astype(np.float64)
     where = held(np.clip(part.points, -FARTHEST, FARTHEST).reshape(count, -1), shown)
+    if style.form is PartForm.DOT:
+        element = XmlElement("circle", [f'r="{short(style.width, decimals + 1)}"', *painted(style, ink, decimals + 1)])
+        for name, column in zip(("cx", "cy"), where.T, strict=True):
+            animate(element, name, texts([column], decimals))
+        if not part.shown[opacity > 0.0].all():
+            animate(element, "opacity", texts([shown], 0))
+        return element
     closed = style.closed or style.form is PartForm.FILL
     element = XmlElement("polygon" if closed else "polyline", painted(style, ink, decimals + 1))
     animate(element, "points", texts(list(where.T), decimals))

@@ -1,6 +1,7 @@
 /* Plays a film on a canvas, which `painter.js` draws. No library, no request.
  *
  *   const player = new MovimentumPlayer(element, film);   // film: what `movimentum.vector.page` writes as JSON
+ *   new MovimentumPlayer(element, film, element);         // hears only the keys that are pressed inside the element
  *   player.seek(12); player.play(); player.pause();
  *   player.state();            // {time, frame, frames, playing, anchors: {"Rod.B": [x, y]}}, world coordinates, y up
  *   player.toScreen([x, y]);   // page pixels
@@ -8,9 +9,11 @@
 "use strict";
 
 class MovimentumPlayer extends MovimentumPainter {
-  constructor(element, film) {
+  constructor(element, film, keys = document) {
     super(film, document.createElement("canvas"));
-    this.playing = false;
+    this.keys = keys;
+    this.playing = this.ticking = false;
+    this.seen = true;
     this.speed = 1;
     this.loop = film.loop === 0;
     this.rounds = film.loop;
@@ -18,6 +21,7 @@ class MovimentumPlayer extends MovimentumPainter {
     this.load();
     this.resize();
     new ResizeObserver(() => this.resize()).observe(this.canvas);
+    new IntersectionObserver((entries) => this.see(entries.at(-1).isIntersecting)).observe(this.canvas);
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (film.frames > 1 && !calm) this.play();
   }
@@ -48,7 +52,7 @@ class MovimentumPlayer extends MovimentumPainter {
       const made = make("button", {type: "button", "data-testid": name, text, title, "aria-label": title}, bar);
       made.addEventListener("click", (event) => {
         act();
-        if (event.detail > 0) made.blur();  // after the mouse, the space bar plays
+        if (event.detail > 0) this.rest(made);
       });
       return made;
     };
@@ -69,7 +73,13 @@ class MovimentumPlayer extends MovimentumPainter {
     this.setLoop(this.loop);
     this.setTracing(this.tracing);
     this.showPlaying();
-    if (film.frames > 1) document.addEventListener("keydown", (event) => this.key(event));
+    if (film.frames < 2) return;
+    this.keys.addEventListener("keydown", (event) => this.key(event));
+    if (this.keys !== document) this.canvas.tabIndex = 0;
+  }
+
+  rest(button) {  // after the mouse, the space bar plays
+    if (this.keys === document) button.blur(); else this.canvas.focus();
   }
 
   key(event) {
@@ -86,6 +96,7 @@ class MovimentumPlayer extends MovimentumPainter {
     else if (event.key === "End") { this.pause(); this.seek(last); }
     else return;
     event.preventDefault();
+    if (this.keys !== document) event.stopPropagation();
   }
 
   resize() {
@@ -107,8 +118,19 @@ class MovimentumPlayer extends MovimentumPainter {
     this.playing = true;
     this.began(this.frame);
     this.showPlaying();
+    if (!this.ticking) this.tick();
+  }
+
+  see(seen) {  // nothing is drawn that is scrolled away or taken off the page
+    this.seen = seen;
+    if (seen && this.playing && !this.ticking) this.tick();
+  }
+
+  tick() {
+    this.ticking = true;
     const tick = (now) => {
-      if (!this.playing) return;
+      this.ticking = this.playing && this.seen;
+      if (!this.ticking) return;
       const passed = Math.floor((now - this.since) / 1000 * this.film.fps * this.speed + 1e-6);
       let frame = this.from + Math.max(0, passed);
       if (frame >= this.film.frames) {
@@ -199,9 +221,4 @@ class MovimentumPlayer extends MovimentumPainter {
     this.scrubber.setAttribute("aria-valuetext", `frame ${this.frame + 1} of ${this.film.frames}, time ${time}`);
   }
 
-}
-
-for (const data of document.querySelectorAll("script[data-movimentum]")) {
-  const player = new MovimentumPlayer(document.getElementById(data.dataset.movimentum), JSON.parse(data.textContent));
-  window.movimentum = window.movimentum || player;
 }

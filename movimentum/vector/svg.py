@@ -13,6 +13,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
@@ -24,6 +25,7 @@ from movimentum.drawing.model import (
     PolylineMark,
     SymbolMark,
     TextMark,
+    ThingMark,
 )
 from movimentum.drawing.motion import link_points
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
@@ -31,7 +33,7 @@ from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.rendering.prepare import PreparedMark
-from movimentum.text import listed
+from movimentum.text import listed, unraised
 from movimentum.vector.elements import XmlElement, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
@@ -64,7 +66,7 @@ def svg_document(film: Film) -> Iterator[str]:
     # who wants less motion sees the first frame; readers that do not know of this see the film
     yield "<style>@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}</style>\n"
     yield from (f'<g id="film" {drawn}>\n', *lines, "</g>\n")
-    still = _SvgWriter(film.first_frame(), writer)
+    still = _SvgWriter(film.frame(0), writer)
     yield from (f'<g id="still" display="none" {drawn}>\n', *still.definitions(), *still.marks(), "</g>\n</svg>\n")
 
 
@@ -74,7 +76,7 @@ def _description(film: Film) -> str:
     if film.frames == 1:
         return f"A drawing of {what}."
     times = "again and again" if film.loop == 0 else "once" if film.loop == 1 else f"{film.loop} times"
-    return f"An animation of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
+    return f"A film of {what}: {short(float(film.frames / film.fps), 2)} s, {times}."
 
 
 class _SvgWriter:
@@ -92,7 +94,7 @@ class _SvgWriter:
         # so that what is far from the pivot is not off by more than a point of the picture is
         self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
         self._fineness = view.scale * film.prepared.fineness
-        self._words = 0
+        self._words = self._clips = 0
         self._pictures, self._places = (
             embedded(film.prepared.things) if moving is None else (moving._pictures, moving._places)
         )
@@ -154,7 +156,15 @@ class _SvgWriter:
         values = texts([opacity], 3)
         if not _still(values) or values[0] != "1":
             self._animate(group, "opacity", values)
-        return f"{group}\n"
+        return f"{group}\n" if item.clip is None else f"{self._clipped(group, item.clip, opacity)}\n"
+
+    def _clipped(self, group: XmlElement, by: ThingMark, opacity: FloatArray) -> XmlElement:
+        """A mark that is seen only inside another one."""
+        self._clips += 1
+        name = f"{self._prefix}c{self._clips}"
+        outline = moving_part(clip_outline(by, self.film.poses), "#000", opacity, self._decimals, self._animate)
+        clip = XmlElement("clipPath", [f'id="{name}"'], [str(outline)])
+        return XmlElement("g", [f'clip-path="url(#{name})"'], [str(clip), str(group)])
 
     def _shared(self, shape: XmlElement) -> XmlElement:
         """A shape that takes much room, so that the film and its first frame both use it."""
@@ -182,9 +192,9 @@ class _SvgWriter:
             group.inside.append(str(moving_part(part, ink, opacity, self._decimals, self._animate)))
         words = caption(mark, self.film.poses)
         if words is not None:
-            letters = self._changing(words.texts, mark.size, "middle", mark.italic, f'fill="{ink}"')
-            middle = held(np.clip(words.middle, -FARTHEST, FARTHEST), opacity)
-            self._translate(letters, texts(list(middle.T), self._decimals))
+            letters = self._changing(words.texts, mark.size, words.align, mark.italic, f'fill="{ink}"')
+            place = held(np.clip(words.place, -FARTHEST, FARTHEST), opacity)
+            self._translate(letters, texts(list(place.T), self._decimals))
             group.inside.append(str(letters))
         return group
 
@@ -330,7 +340,7 @@ def _still(values: Sequence[str]) -> bool:
 
 
 def _spoken(text: str) -> str:
-    return f'role="img" aria-label="{escaped(text)}"'
+    return f'role="img" aria-label="{escaped(unraised(text))}"'
 
 
 def _matrix(place: Affine) -> str:

@@ -1,7 +1,8 @@
-"""The entry to this stage: a prepared drawing and poses become an SVG or a page."""
+"""The entry to this stage: a prepared drawing and poses become an SVG, a page or a PDF."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,10 +14,32 @@ from movimentum.rendering.stream import PoseSource, chunks, concatenate
 from movimentum.scene.model import Scene
 from movimentum.terminal import typed
 from movimentum.text import counted
-from movimentum.vector.film import make_film
+from movimentum.vector.film import Film, make_film
 
 MAX_POSES = 1_000_000
 """Poses (things times frames) in one file: some 30 MB, which browsers still open."""
+
+
+def _svg(film: Film) -> Iterator[bytes]:
+    from movimentum.vector.svg import svg_document
+
+    return (line.encode() for line in svg_document(film))
+
+
+def _page(film: Film) -> Iterator[bytes]:
+    from movimentum.vector.page import page_document
+
+    return (line.encode() for line in page_document(film))
+
+
+def _pdf(film: Film) -> Iterator[bytes]:
+    from movimentum.vector.pdf import pdf_document
+
+    yield pdf_document(film)
+
+
+DOCUMENTS: dict[str, Callable[[Film], Iterable[bytes]]] = {".svg": _svg, ".html": _page, ".pdf": _pdf}
+"""What writes a film in each format that is not made of pixels."""
 
 
 def refuse_too_long(scene: Scene, frames: int, path: Path) -> None:
@@ -43,9 +66,9 @@ def write_film(
     loop: int = 0,
     progress: Progress | None = None,
 ) -> WriteReport:
-    """Write all frames of ``source`` to ``path``, a ``.svg`` or a ``.html``; one frame is a still.
+    """Write all frames of ``source`` to ``path``, whose suffix is one of `DOCUMENTS`; one frame is a still.
 
-    Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the animation is played,
+    Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the film is played,
     0 for ever. The same film gives the same bytes. The file appears whole or not at all; `UsageError` if it cannot be
     written (``output/unwritable``) or there is no frame (``output/no-frames``).
     """
@@ -55,16 +78,9 @@ def write_film(
     named = scene.source.path
     title = "Movimentum" if named.startswith("<") else Path(named).stem
     film = make_film(scene, prepared, concatenate(held), title, fps, loop)
-    if path.suffix.lower() == ".svg":
-        from movimentum.vector.svg import svg_document
-
-        parts = svg_document(film)
-    else:
-        from movimentum.vector.page import page_document
-
-        parts = page_document(film)
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="\n") as stream:
-        stream.writelines(parts)
+    document = DOCUMENTS[path.suffix.lower()](film)
+    with whole_file(path) as part, part.open("wb") as stream:
+        stream.writelines(document)
     if progress is not None:
         progress(film.frames, film.frames)
     size = (prepared.view.width, prepared.view.height)

@@ -1,10 +1,11 @@
-"""`run`: an animation or pictures."""
+"""`run`: a film or pictures."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, usage_error
-from movimentum.records import replace
+from movimentum.records import dataclass, replace
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices, Outcome, Picture, Progress
@@ -24,9 +25,11 @@ from movimentum.workflow.ways import way_to
 if TYPE_CHECKING:
     from movimentum.drawing.options import FreeMark, PictureOptions
     from movimentum.encoding.runs import Elsewhere
+    from movimentum.encoding.write import WriteReport
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
+    from movimentum.solver.poses import Poses
     from movimentum.solver.reuse import Known
     from movimentum.timeline.model import Timeline
 
@@ -40,15 +43,17 @@ def animate(
     solution: Solution | None = None,
     known: Known | None = None,
     elsewhere: Elsewhere | None = None,
+    most: int | None = None,
 ) -> Outcome:
     """Render the script to ``target``, whose suffix names the format; a picture without ``%d`` is the first frame.
 
     ``solution``: where it has been solved with these ``choices`` already; ``known``: what was solved before;
-    ``elsewhere``: who draws, other than this machine.
+    ``elsewhere``: who draws, other than this machine; ``most``: bytes of the file, of which no more are written
+    (`TooHeavy`).
     """
     from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
-    from movimentum.encoding.told import HEAVY
+    from movimentum.encoding.told import AREA, HEAVY
     from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
 
@@ -56,8 +61,7 @@ def animate(
     background = None if picture.background is None else _color(picture.background)
     refuse_unwritable(target)
     timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
-    scene = timeline.scene
-    numbers = range(timeline.frame_count + 1 if kind == "sequence" else 0)
+    scene, numbers = timeline.scene, range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
     options, frames = _options(scene, picture, background), _frames(timeline, picture)
     drawn = frames[:1] if found.still and kind != "sequence" else frames
@@ -83,14 +87,76 @@ def animate(
     write = ready or way_to(found, scene, every, options, elsewhere)
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
-        place = stack.enter_context(whole_file(target)) if choices.strict and kind != "sequence" else target
-        written = write(poses, place, timeline.fps, picture, progress)
+        doubtful = (choices.strict or most is not None) and kind != "sequence"
+        place = stack.enter_context(whole_file(target)) if doubtful else target
+        written = write(_repeated(poses, picture.repeats), place, timeline.fps, picture, progress)
         said, notes = afterwards(solution, choices)
-        diagnostics, warned = judged((*said, *written.diagnostics), choices)
-        if warned:
-            raise ScriptError(diagnostics)
-    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY))  # notes that are always told
-    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told))
+        diagnostics = _accepted(said, written, place, target, choices, most)
+    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA))  # notes that are always told
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told), written.size)
+
+
+def _accepted(
+    said: tuple[Diagnostic, ...], written: WriteReport, place: Path, target: Path, choices: Choices, most: int | None
+) -> tuple[Diagnostic, ...]:
+    """All that is to be said of the file in ``place``, unless it is not to become ``target``."""
+    diagnostics, warned = judged((*said, *(_about(item, place, target) for item in written.diagnostics)), choices)
+    if warned:
+        raise ScriptError(diagnostics)
+    if most is not None and place.is_file() and (size := place.stat().st_size) > most:
+        raise TooHeavy(size)
+    return diagnostics
+
+
+class TooHeavy(Exception):
+    """A file has become so many bytes, which is too much; it is not left there."""
+
+    def __init__(self, size: int) -> None:
+        super().__init__(size)
+        self.size = size
+
+
+@dataclass(frozen=True, slots=True)
+class _Again:
+    """Poses several times, one after the other."""
+
+    poses: PoseSource
+    times: int
+
+    def __iter__(self) -> Iterator[Poses]:
+        from movimentum.rendering.stream import chunks
+
+        for _ in range(self.times):
+            yield from chunks(self.poses)
+
+
+def _repeated(poses: PoseSource, times: int) -> PoseSource:
+    return poses if times == 1 else _Again(poses, times)
+
+
+def _about(item: Diagnostic, place: Path, target: Path) -> Diagnostic:
+    """A message that names the file as it will be called."""
+    if place == target:
+        return item
+    before, after = place.stem, target.stem
+    return replace(
+        item,
+        message=item.message.replace(before, after),
+        helps=tuple(advice.replace(before, after) for advice in item.helps),
+    )
+
+
+def natural_size(solution: Solution, picture: Picture) -> tuple[float, float]:
+    """The width and height of the picture at scale 1."""
+    from movimentum.rendering.prepare import prepare_drawing
+
+    motion, scene = solution.motion, solution.motion.timeline.scene
+    if scene.config.size is not None:
+        return float(scene.config.size[0]), float(scene.config.size[1])
+    every = PoseChunks(motion, range(motion.timeline.frame_count), False, drawn=True)
+    options = _options(scene, replace(picture, scale=1.0, max_pixels=sys.maxsize), None)
+    view = prepare_drawing(scene, every, replace(options, motion=motion.path)).view
+    return float(view.width), float(view.height)
 
 
 def _is_ready(scene: Scene, options: PictureOptions) -> bool:
@@ -111,12 +177,13 @@ def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | 
 
     return PictureOptions(
         quality=Quality(picture.quality),
-        scale=picture.scale,
+        scale=1.0 if picture.scale is None else picture.scale,
         background=background,
         transparent=picture.transparent,
         traces=trace_anchors(scene, picture.traces),
         show=frozenset(Show(word) for word in picture.show),
         max_pixels=picture.max_pixels,
+        canvas=picture.canvas,
     )
 
 
@@ -126,13 +193,13 @@ def _frames(timeline: Timeline, picture: Picture) -> range:
     if picture.at is None:
         return range(start, stop)
     if not timeline.start <= picture.at <= timeline.end:
-        message = f"time {picture.at} is outside the animation, from {timeline.start} to {timeline.end}"
+        message = f"time {picture.at} is outside the film, from {timeline.start} to {timeline.end}"
         raise usage_error("usage/at", message, "--at 0")
     return range(math.ceil((picture.at - timeline.start) * timeline.fps), stop)
 
 
 FREE_MOMENTS = 24
-"""Moments of an animation at which its free motions are found again; in between, arrows turn with their things."""
+"""Moments of a film at which its free motions are found again; in between, arrows turn with their things."""
 
 
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic
@@ -64,12 +65,14 @@ class Picture:
 
     ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
     of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically;
-    ``lossy``: levels by which the colours of a GIF may be off, to make it smaller.
+    ``lossy``: levels by which the colours of a GIF may be off, to make it smaller. ``scale`` None: 1, or what the place
+    asks for where the film is shown. ``canvas``: the size of the whole picture, with the film in its middle;
+    ``repeats``: how often the frames are written, one time after the other.
     """
 
     frames: FrameChoice | None = None
     at: Fraction | None = None
-    scale: float = 1.0
+    scale: float | None = None
     traces: tuple[str, ...] = ()
     show: frozenset[str] = frozenset()
     background: str | None = None
@@ -79,16 +82,21 @@ class Picture:
     lossy: int = 0
     workers: int | None = None
     max_pixels: int = MAX_PIXELS
+    canvas: tuple[int, int] | None = None
+    repeats: int = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """The outcome: the number of ``frames`` (or rows), the diagnostics, and the exit code (0 or 3).
 
-    ``notes`` are always shown, although they are notes.
+    ``notes`` are always shown, although they are notes. ``size``: a picture's width and height. ``target``: the file,
+    where it was chosen here.
     """
 
     frames: int
     exit_code: int
     diagnostics: tuple[Diagnostic, ...]
     notes: tuple[Diagnostic, ...] = ()
+    size: tuple[int, int] = (0, 0)
+    target: Path | None = None

@@ -8,7 +8,7 @@ before: it is that of a fresh start, to the last bit.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from fractions import Fraction
 from functools import cached_property
@@ -22,6 +22,7 @@ from movimentum.records import dataclass
 from movimentum.settings import Advice
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.same_statements import Items, items_of, shifted
 from movimentum.workflow.stages import arranged, built, moved, parsed, rebuilding, visible
 
@@ -64,10 +65,13 @@ class StageReport:
 
 
 class Engine:
-    """Keeps what it has found from one text to the next. Threads may share it: the newest text wins."""
+    """Keeps what it has found from one text to the next. Threads may share it: the newest text wins. ``files``: makes
+    what the files of a new text are read with.
+    """
 
-    def __init__(self, choices: Choices | None = None) -> None:
+    def __init__(self, choices: Choices | None = None, files: Callable[[], ScriptFiles] = ScriptFiles) -> None:
         self.choices = choices or Choices()
+        self.files = files
         self._lock = Lock()
         self._newest: Revision | None = None
         self._shown: PathMotion | None = None
@@ -161,7 +165,7 @@ class Revision:
         if isinstance(tree, MovimentumError):
             return None, None, tree
         try:
-            scene = built(tree, self.source, self.engine.choices)
+            scene = built(tree, self.source, self.engine.choices, files=self.engine.files())
             timeline = arranged(scene, self.engine.choices)
         except MovimentumError as error:
             return scene, None, error

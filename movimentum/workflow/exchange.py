@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from movimentum.diagnostics import Diagnostic
+from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, usage_error
 from movimentum.output.text import write_text
 from movimentum.records import dataclass
@@ -13,7 +15,12 @@ from movimentum.source import SourceText
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices, Outcome
 from movimentum.workflow.read import reads
-from movimentum.workflow.stages import arranged, judged, solved, understand
+from movimentum.workflow.stages import Solution, arranged, judged, solved, understand
+
+if TYPE_CHECKING:
+    from movimentum.interop.shapes import Shape
+    from movimentum.solver.poses import Poses
+    from movimentum.timeline.model import Timeline
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,33 +57,124 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
     return Outcome(1, 0, found)
 
 
-def exported(source: SourceText, target: Path | None, form: str, at: Fraction | None, choices: Choices) -> Outcome:
-    """Write a script's scene as a linkage file, as it is at time ``at``, or its plan as Pyslvs' formulas."""
+@dataclass(frozen=True, slots=True)
+class Export:
+    """How to write a script's scene for another program: the ``form`` (see `FORMS`), at which time, how thick solids
+    are and how wide holes.
+    """
+
+    form: str = ""
+    at: Fraction | None = None
+    thickness: float | None = None
+    hole: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """What a form is written from."""
+
+    title: str
+    timeline: Timeline
+    solution: Solution
+    moment: Fraction
+    how: Export
+
+    @property
+    def poses(self) -> Poses:
+        return self.solution.motion.poses_at([self.moment])
+
+
+Written = tuple[str, tuple[Diagnostic, ...]]
+"""A file's text, and what it could not hold."""
+
+
+def _linkage(scene: _Scene) -> Written:
     from movimentum.interop.linkage_export import linkage_of
     from movimentum.interop.linkages import linkage_text
 
+    timeline = scene.timeline
+    active = timeline.segments[timeline.segment_at(scene.moment)].active
+    linkage, _, found = linkage_of(timeline.scene, active, scene.poses)
+    return linkage_text(linkage), found
+
+
+def _formulas(scene: _Scene) -> Written:
+    from movimentum.interop.formulas import formulas_text
+    from movimentum.interop.triangles import triangles_of
+
+    triangles = triangles_of(scene.solution.motion.path)
+    comments = [
+        f"{scene.title}: angles in degrees; a list has a value for each frame",
+        *(f"{name}: {told}" for name, told in triangles.names),
+    ]
+    return formulas_text(triangles.formulas, comments), ()
+
+
+def _shapes(scene: _Scene) -> list[Shape]:
+    from movimentum.interop.shapes import shapes_of
+
+    found = list(shapes_of(scene.timeline.scene, scene.how.hole))
+    if not found:
+        message = "there is nothing to cut: the script has no bars, plates, discs, polygons or gears"
+        raise ScriptError([Diagnostic("export/empty", Severity.ERROR, message)])
+    return found
+
+
+def _dxf(scene: _Scene) -> Written:
+    from movimentum.interop.dxf import dxf_text
+
+    return dxf_text(_shapes(scene), scene.poses), ()
+
+
+def _stl(scene: _Scene) -> Written:
+    from movimentum.interop.solids import stl_text
+
+    return stl_text(_shapes(scene), scene.how.thickness or 0.0, scene.poses), ()
+
+
+def _parts(scene: _Scene) -> Written:
+    from movimentum.interop.solids import bill_of_parts
+
+    return bill_of_parts(scene.timeline.scene.things), ()
+
+
+FORMS: dict[str, Callable[[_Scene], Written]] = {
+    "linkages": _linkage, "pyslvs": _formulas, "dxf": _dxf, "stl": _stl, "parts": _parts,
+}  # fmt: skip
+"""What writes each form of export."""
+BY_SUFFIX = {".dxf": "dxf", ".stl": "stl", ".csv": "parts", ".pyslvs": "pyslvs"}
+"""The forms that a file's suffix names; any other file is a linkage."""
+
+
+def exported(source: SourceText, target: Path | None, how: Export, choices: Choices) -> Outcome:
+    """Write a script's scene in another program's format to ``target`` (None: stdout); with ``%s`` in the name of an
+    STL, each part to a file of its own, called after it.
+    """
+    form = how.form or BY_SUFFIX.get("" if target is None else target.suffix.lower(), "linkages")
+    if how.at is not None and form in ("pyslvs", "parts"):
+        raise usage_error("usage/at", f"--at is for what has one pose, and {form} has none", "leave out --at")
+    if (how.thickness is None) == (form == "stl"):
+        message = "an STL needs a thickness" if form == "stl" else "--thickness is for an STL"
+        raise usage_error("usage/thickness", message, "-o parts.stl --thickness 3")
     timeline = arranged(understand(source, choices), choices)
     solution = solved(timeline, choices)
-    found: tuple[Diagnostic, ...] = ()
-    if form == "linkages":
-        moment = timeline.start if at is None else at
-        if not timeline.start <= moment <= timeline.end:
-            raise usage_error("usage/at", f"time {moment} is outside the animation, {timeline.start} to {timeline.end}")
-        active = timeline.segments[timeline.segment_at(moment)].active
-        linkage, _, found = linkage_of(timeline.scene, active, solution.motion.poses_at([moment]))
-        text = linkage_text(linkage)
-    else:
-        from movimentum.interop.formulas import formulas_text
-        from movimentum.interop.triangles import triangles_of
-
-        triangles = triangles_of(solution.motion.path)
-        comments = [
-            f"{visible(Path(source.path).name)}: angles in degrees; a list has a value for each frame",
-            *(f"{name}: {told}" for name, told in triangles.names),
-        ]
-        text = formulas_text(triangles.formulas, comments)
+    moment = timeline.start if how.at is None else how.at
+    if not timeline.start <= moment <= timeline.end:
+        raise usage_error("usage/at", f"time {moment} is outside the film, {timeline.start} to {timeline.end}")
+    scene = _Scene(visible(Path(source.path).name), timeline, solution, moment, how)
+    each = form == "stl" and target is not None and "%s" in target.name
+    text, found = ("", ()) if each else FORMS[form](scene)
     found, warned = judged((*solution.diagnostics, *found), choices)
     if warned:
         raise ScriptError(found)
-    write_text(text, target, reads(source, timeline.scene))
+    inputs = reads(source, timeline.scene)
+    if each and target is not None:
+        from movimentum.interop.dxf import layer_name
+        from movimentum.interop.solids import stl_text
+
+        for shape in _shapes(scene):
+            name = target.name.replace("%s", layer_name(shape.thing.name))
+            write_text(stl_text([shape], how.thickness or 0.0, None), target.with_name(name), inputs)
+    else:
+        write_text(text, target, inputs)
     return Outcome(1, solution.fault, found)

@@ -50,9 +50,29 @@ class Causes:
     drawn: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class PoseKnown:
+    """Whether the poses at an instant are ``solved``. If not, they are those of the last instant with a solution,
+    ``last`` (None: things are as drawn), and ``reason`` says why in a line.
+    """
+
+    solved: bool
+    last: Fraction | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Contradicting:
+    """Statements that cannot hold together: each with its line, its text and its ``off``, how far its sides are apart
+    where the others hold (None where that is not known).
+    """
+
+    statements: tuple[tuple[int, str, float | None], ...]
+
+
 @dataclass(frozen=True)
 class Inspector:
-    """A text at one instant, inside its animation. Asking for what cannot be had raises `MovimentumError` with the
+    """A text at one instant, inside its film. Asking for what cannot be had raises `MovimentumError` with the
     reasons.
     """
 
@@ -94,6 +114,39 @@ class Inspector:
         """The poses at the instant (F = 1)."""
         return self.work.motion.poses_at([self.time])
 
+    @property
+    def standing(self) -> PoseKnown:
+        """What the poses at the instant are."""
+        from movimentum.solver.segment_motion import Unsolved
+
+        part, _ = self.part
+        if not isinstance(part, Unsolved) and bool(self.poses().solved[0]):
+            return PoseKnown(solved=True)
+        errors = (item.message for item in self.work.diagnostics if item.severity is Severity.ERROR)
+        last: Fraction | None = None
+        for segment_motion in self.work.motion.segments:
+            start = segment_motion.segment.start
+            for piece in segment_motion.pieces:
+                if start + Fraction(piece.begin) <= self.time and not isinstance(piece, Unsolved):
+                    last = min(start + Fraction(piece.end), segment_motion.segment.end)
+        return PoseKnown(solved=False, last=last, reason=next(errors, ""))
+
+    def contradicting(self) -> Contradicting | None:
+        """What contradicts at the instant, as the message about it has it; None where no set is known."""
+        from movimentum.analysis.diagnose.conflict import told
+
+        begun = [t for t in self.segment_motion.troubles if t.selection is not None]
+        found = next((t.selection.contradiction for t in begun if t.selection is not None), None)
+        if found is None:
+            return None
+        conflict = told(found)
+        source = self.work.scene.source
+        items = {item.number: item for item in self.work.scene.constraints()}
+        rows = [(items[number].span, conflict.off.get(number)) for number in conflict.constraints]
+        return Contradicting(
+            tuple((source.position(span.start).line, source.statement(span), off) for span, off in rows)
+        )
+
     def query(self, text: str) -> Query:
         """An expression as it is understood in the step of the instant; see `Revision.query`."""
         return self.work.query(text, self.step)
@@ -134,10 +187,14 @@ class Inspector:
         """Each component of an expression by its name, as a SymPy expression of the time since the step's beginning
         (angles in radians), or the `Obstacle` in its way; found within about so many ``seconds``.
         """
+        import sympy  # before the time runs: an import that is given up half way is broken for good
+
         from movimentum.analysis.interactive.formula import short_formula
 
+        del sympy
         begun = time.monotonic()
         expressions = self.expressions(text)
+        _ = self.piece  # what has no pose has no formula
 
         patience = max(LEAST_S, seconds - (time.monotonic() - begun)) / len(expressions)
         names = (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y")
@@ -157,11 +214,24 @@ class Inspector:
         return [(motion, first_that_works(trials, index, motion.holds, len(motions))) for motion in motions]
 
     def solutions(self) -> list[Alternatives]:
-        """The parts of the scene that have several solutions, with all of them."""
+        """The parts of the scene that have several solutions, with all of them, and those that inequalities reject;
+        where there is no pose, because they reject all.
+        """
         from movimentum.analysis.interactive.all_solutions import alternatives
+        from movimentum.solver.segment_motion import Unsolved
 
-        piece, tau = self.piece
-        return [part for part in alternatives(self.segment_motion, piece, tau) if len(part.solutions) > 1]
+        part, tau = self.part
+        piece = None if isinstance(part, Unsolved) else part
+        found = alternatives(self.segment_motion, piece, tau)
+        if piece is None and not any(each.rejected for each in found):
+            _ = self.piece  # says that there is none
+        return [each for each in found if len(each.solutions) + len(each.rejected) > (piece is not None)]
+
+    def statement(self, constraint: int) -> tuple[int, str]:
+        """The line and the text of a constraint."""
+        source = self.work.scene.source
+        span = next(item.span for item in self.work.scene.constraints() if item.number == constraint)
+        return source.position(span.start).line, source.statement(span)
 
     def poses_of(self, snapshots: Sequence[Snapshot]) -> Poses:
         """The scene in each of ``snapshots``, as the poses of so many frames."""

@@ -14,12 +14,23 @@ from movimentum.workflow.choices import MAX_SCRIPT_BYTES
 
 if TYPE_CHECKING:
     from movimentum.diagnostics import Diagnostic
+    from movimentum.expressions.tables import Table
     from movimentum.scene.model import Scene
+    from movimentum.scene.tables import TableColumn
 
 
 def read(path: str) -> SourceText:
     """The script at ``path`` (``-`` is stdin); `UsageError` if there is none, `ScriptError` if it is not text."""
-    shown = "<stdin>" if path == "-" else path
+    return decoded(read_bytes(path), path)
+
+
+def _shown(path: str) -> str:
+    return "<stdin>" if path == "-" else path
+
+
+def read_bytes(path: str) -> bytes:
+    """The bytes of the script at ``path`` (``-`` is stdin); `UsageError` without one, `ScriptError` for too many."""
+    shown = _shown(path)
     try:
         if path == "-":
             data = sys.stdin.buffer.read(MAX_SCRIPT_BYTES + 1)
@@ -32,6 +43,12 @@ def read(path: str) -> SourceText:
         raise usage_error("usage/script", f"cannot read {shown}: {reason}", *helps) from problem
     if len(data) > MAX_SCRIPT_BYTES:
         raise script_error("limit/script", f"{shown} is larger than the limit of {MAX_SCRIPT_BYTES // 2**20} MiB")
+    return data
+
+
+def decoded(data: bytes, path: str) -> SourceText:
+    """The script that was read from ``path``; `ScriptError` if it is not text."""
+    shown = _shown(path)
     try:
         return SourceText(shown, data.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
@@ -79,6 +96,7 @@ class ScriptFiles:
     centres: dict[tuple[str, str], tuple[float, float] | Diagnostic] = field(
         default_factory=dict[tuple[str, str], "tuple[float, float] | Diagnostic"]
     )
+    tables: dict[TableColumn, Table | Diagnostic] = field(default_factory=dict["TableColumn", "Table | Diagnostic"])
     complete: bool = False
 
     def text(self, path: str) -> SourceText:
@@ -106,6 +124,15 @@ class ScriptFiles:
             self.centres[path, name] = element_centre(path, name)
         return self.centres[path, name]
 
+    def table(self, column: TableColumn) -> Table | Diagnostic:
+        """A table of a file, or what is wrong with it."""
+        if column not in self.tables:
+            self._refuse_unknown(column.path)
+            from movimentum.interop.table_files import read_table
+
+            self.tables[column] = read_table(column)
+        return self.tables[column]
+
     def _refuse_unknown(self, path: str) -> None:
         if self.complete:
             message = f"a variant uses {path}, which was not sent: the script with its own constants does not use it"
@@ -120,7 +147,7 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
     if scene is None:
         return (source.path, *map(str, mentioned_files(source)))
     files = scene.source.files if isinstance(scene.source, UnfoldedText) else ()
-    included = [file.path for file in files]
+    included = [*(file.path for file in files), *(each.path for each in scene.tables)]
     return (
         source.path,
         *dict.fromkeys(included + [drawing_file(own.image) for each in scene.things if (own := each.picture)]),

@@ -74,6 +74,7 @@ def built(
         read_text=files.text,
         settings=dict(choices.settings),
         added=added,
+        read_table=files.table,
     )
 
 

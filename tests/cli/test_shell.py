@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+import pty
 import random
 import resource
+import select
+import shlex
+import shutil
 import signal
 import subprocess
 import time
@@ -234,14 +238,104 @@ def words_of(name: str) -> list[str]:
     return [name, "record"] if name == "golden" else [name]
 
 
-@pytest.mark.parametrize("name", sorted(commands.commands))
+def completed(room: Path, *words: str) -> list[str]:
+    """What bash is told about the last word."""
+    asked = {"COMP_WORDS": " ".join(("movimentum", *words)), "COMP_CWORD": str(len(words))}
+    return movimentum(env={"_MOVIMENTUM_COMPLETE": "bash_complete", **asked}, cwd=room).stdout.splitlines()
+
+
+@pytest.mark.parametrize("name", sorted(commands.commands.keys() - {"completion", "explain", "new"}))
 def test_names_of_files_are_completed(name: str, room: Path) -> None:
-    words = ["movimentum", *words_of(name), "cra"]
-    told = movimentum(
-        env={"_MOVIMENTUM_COMPLETE": "bash_complete", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)},
-        cwd=room,
-    ).stdout
-    assert told.splitlines() == ["file,cra"]
+    assert completed(room, *words_of(name), "cra") == ["file,cra"]
+
+
+def test_kinds_examples_and_shells_are_completed(room: Path) -> None:
+    assert completed(room, "new", "cra") == ["plain,crank"]
+    assert completed(room, "examples", "--only", "wal") == ["plain,walschaerts"]
+    assert completed(room, "completion", "z") == ["plain,zsh"]
+    assert completed(room, "explain", "wish/b") == ["plain,wish/blocked"]
+    assert completed(room, "comp") == ["plain,completion"]
+
+
+# What a person types before the Tab, and what is proposed then.
+TABS = {"movimentum swe": {"sweep"}, "movimentum new sc": {"scotch-yoke"}, "movimentum run --quali": {"--quality"}}
+
+
+def shell(name: str, script: str, room: Path) -> str:
+    """What a shell that reads no settings prints; `movimentum` is a program there."""
+    (room / "movimentum").write_text(f'#!/bin/sh\nexec {shlex.join(command())} "$@"\n')
+    (room / "movimentum").chmod(0o755)
+    plain = {"bash": "--norc", "fish": "--no-config"}[name]
+    words = environment({"PATH": f"{room}:{os.environ['PATH']}", "HOME": str(room)})
+    done = subprocess.run([name, plain, "-c", script], capture_output=True, text=True, cwd=room, env=words, check=False)
+    assert done.stderr == ""
+    return done.stdout
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
+@pytest.mark.parametrize("line", TABS)
+def test_bash_completes(line: str, room: Path) -> None:
+    words = line.split()
+    script = f"""
+        eval "$(movimentum completion bash)"
+        COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}
+        _movimentum_completion movimentum; printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    assert set(shell("bash", script, room).split()) == TABS[line]
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="no fish")
+@pytest.mark.parametrize("line", TABS)
+def test_fish_completes(line: str, room: Path) -> None:
+    said = shell("fish", f"movimentum completion fish | source; complete -C {shlex.quote(line)}", room)
+    assert {each.split("\t")[0] for each in said.splitlines()} == TABS[line]
+
+
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="no zsh")
+@pytest.mark.parametrize("line", TABS)
+def test_zsh_completes(line: str, room: Path) -> None:
+    """In a real terminal: zsh completes nothing without its line editor."""
+    (room / "movimentum").write_text(f'#!/bin/sh\nexec {shlex.join(command())} "$@"\n')
+    (room / "movimentum").chmod(0o755)
+    (room / ".zshrc").write_text(
+        f"PATH={room}:$PATH; PS1='> '; autoload -U compinit; compinit -u -D\n"
+        'eval "$(movimentum completion zsh)"; bindkey "^I" expand-or-complete; echo ready\n'
+    )
+    master, slave = pty.openpty()
+    words = environment({"ZDOTDIR": str(room), "TERM": "xterm", "COLUMNS": "200"})
+    process = subprocess.Popen(
+        ["zsh", "-i"], cwd=room, env=words, stdin=slave, stdout=slave, stderr=slave, start_new_session=True
+    )
+    os.close(slave)
+    try:
+        seen = until(master, "ready")
+        os.write(master, f"{line}\t".encode())
+        (whole,) = TABS[line]
+        assert whole in until(master, whole).rpartition("ready")[2], seen
+    finally:
+        process.kill()
+        process.wait()
+        os.close(master)
+
+
+def until(terminal: int, text: str) -> str:
+    """What a terminal shows until ``text`` is there, for at most twenty seconds."""
+    shown, end = b"", time.monotonic() + 20
+    while text.encode() not in shown and time.monotonic() < end:
+        if select.select([terminal], [], [], 0.2)[0]:
+            shown += os.read(terminal, 4096)
+    return shown.decode("utf-8", "replace")
+
+
+def test_powershell_is_told_what_fits(room: Path) -> None:
+    source = movimentum("completion", "powershell").stdout
+    assert "Register-ArgumentCompleter -Native -CommandName movimentum" in source
+    for line, expected in TABS.items():
+        asked = {"_MOVIMENTUM_COMPLETE": "powershell_complete", "COMP_LINE": line, "COMP_WORD": line.split()[-1]}
+        told = movimentum(env=asked, cwd=room).stdout.splitlines()
+        assert {said.split("\t")[1] for said in told if said.startswith("plain\t")} == expected
+    asked = {"_MOVIMENTUM_COMPLETE": "powershell_complete", "COMP_LINE": "movimentum new ", "COMP_WORD": ""}
+    assert "four-bar" in movimentum(env=asked, cwd=room).stdout
 
 
 def test_outputs_are_completed_too() -> None:

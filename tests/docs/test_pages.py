@@ -5,9 +5,12 @@ from __future__ import annotations
 import ast
 import doctest
 import hashlib
+import importlib.util
 import json
 import re
+import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,6 +30,8 @@ WITH_PYTHON = [path for path in WRITTEN if any(block.language in ("python", "pyc
 PICTURED = re.compile(r"^```mov[^\n]*\n([^`]*)^```\n\n!\[[^\]]*\]\([./]*pictures/([\w-]+\.svg)\)", re.MULTILINE)
 HEAVY = {"how-to/fit.md", "start/many.md"}
 """Pages whose sessions search for something: seconds."""
+ABSENT = re.compile(r"^(?:import|from) dask_", re.MULTILINE)
+"""Libraries that no test environment has."""
 
 
 def scripts(path: Path) -> list[Block]:
@@ -94,12 +99,28 @@ def test_every_session_is_what_the_commands_print(path: Path, tmp_path: Path, mo
             assert alike(shown, said), f"line {block.line}: $ {line}\n{said}"
 
 
-@pytest.mark.parametrize("path", WITH_PYTHON, ids=name_of)
-def test_every_example_in_python(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.slow] * (name_of(p) in HEAVY)) for p in WITH_PYTHON],
+    ids=name_of,
+)
+def test_every_example_in_python(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks run one after another, beside the page's scripts and the gallery's; those for a cluster are only read."""
+    for script in [*(ROOT / "scripts").glob("*.mov"), *(ROOT / "scripts" / "fits").glob("*.mov")]:
+        shutil.copy(script, tmp_path)
+    if "parquet" in path.read_text("utf-8"):
+        pytest.importorskip("pyarrow")
+    if importlib.util.find_spec("pandas") is None:
+        monkeypatch.setattr("movimentum.api.results._pandas", lambda: SimpleNamespace(DataFrame=dict))
+    monkeypatch.chdir(tmp_path)
+    furnish(path, tmp_path)
+    names: dict[str, object] = {"mv": mv}
     for block in blocks(path):
         if block.language == "python":
-            ast.parse(block.text)
+            tree = compile(block.text, name_of(path), "exec", ast.PyCF_ONLY_AST)
+            if not ABSENT.search(block.text):
+                exec(compile(tree, name_of(path), "exec"), names)
+    monkeypatch.chdir(ROOT)
     session = "\n".join(block.text for block in blocks(path) if block.language == "pycon")
     told: list[str] = []
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
@@ -139,7 +160,11 @@ def test_pages_of_the_documentation_that_the_package_names_exist() -> None:
             assert (ROOT / page).exists(), f"{path}: {page}"
 
 
-@pytest.mark.parametrize("path", [*WRITTEN, ROOT / "README.md"], ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path",
+    [*WRITTEN, *(DOCS / name for name in sorted(MADE)), ROOT / "README.md", ROOT / "CHANGELOG.md"],
+    ids=lambda path: path.name,
+)
 def test_one_word_for_one_thing(path: Path) -> None:
     """A film is what is drawn, a motion is what is solved."""
     assert not re.findall(r"(?i)\banimations?\b", prose(path))

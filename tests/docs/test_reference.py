@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import shutil
+import subprocess
 import sys
 from types import ModuleType
 
 import pytest
 
-from tests.command import ROOT
+from tests.command import ROOT, environment
 
 DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
 def maker() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
+    return module_of("make_reference")
+
+
+def module_of(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -30,6 +36,22 @@ def test_the_page_is_what_the_package_says(page: str, maker: ModuleType) -> None
     made = getattr(maker, page)()
     shown = (DOCS / "reference" / f"{page}.md").read_text(encoding="utf-8")
     assert shown == made, "python docs/make_reference.py"
+
+
+def test_the_manual_pages_are_what_the_commands_say() -> None:
+    made = module_of("make_man").manual()
+    shown = {path.name: path.read_text(encoding="ascii") for path in (DOCS / "man").glob("*.1")}
+    assert shown == made, "python docs/make_reference.py"
+
+
+@pytest.mark.skipif(shutil.which("man") is None or shutil.which("groff") is None, reason="no man")
+def test_the_manual_pages_are_shown_without_a_warning() -> None:
+    for path in (DOCS / "man").glob("*.1"):
+        done = subprocess.run(
+            ["man", "--warnings", "-l", "-Tutf8", path], capture_output=True, text=True, check=True, env=environment()
+        )
+        assert done.stderr == ""
+        assert "SYNOPSIS" in re.sub(r".\x08|\x1b\[[\d;]*m", "", done.stdout)
 
 
 def test_every_code_is_explained(maker: ModuleType) -> None:

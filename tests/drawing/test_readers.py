@@ -99,7 +99,7 @@ def test_a_film_has_a_description_and_stands_still_for_who_wants_that(tmp_path: 
     motion = mv.load(ROOT / "scripts" / "four-bar.mov").solve()
     motion.render(tmp_path / "a.svg")
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")
-    assert re.search(r"<desc>An animation of [^<]*Crank[^<]*: 2 s, again and again\.</desc>", text)
+    assert re.search(r"<desc>A film of [^<]*Crank[^<]*: 2 s, again and again\.</desc>", text)
     assert "@media (prefers-reduced-motion:reduce){#film{display:none}#still{display:inline}}" in text
     still = text[text.index('<g id="still" display="none"') :]
     assert "<animate" not in still

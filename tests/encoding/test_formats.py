@@ -16,7 +16,7 @@ from movimentum.rendering.stamps import Box, Frame
 from tests.command import ROOT, STILL, movimentum
 
 OTHERS = [
-    ".bmp", ".tif", ".tiff", ".jpe", ".jp2", ".ico", ".tga", ".xbm", ".ppm", ".psd", ".heic", ".avif", ".pdf", ".eps",
+    ".bmp", ".tif", ".tiff", ".jpe", ".jp2", ".ico", ".tga", ".xbm", ".ppm", ".psd", ".heic", ".avif", ".eps",
     ".ps", ".svgz", ".avi", ".mov", ".mkv", ".ogv", ".mp3", ".htm", ".giff", ".GIFF", ".gi", ".pngx", ".mp", ".web",
     ".sv", ".txt", ".csv", ".npz", ".json", ".zip", ".parquet", ".py", ".c", ".é", ".", "..",
 ]  # fmt: skip
@@ -36,7 +36,7 @@ def test_an_unknown_suffix_is_refused_with_the_list(suffix: str, tmp_path: Path)
 
 @pytest.mark.parametrize(
     ("suffix", "near"),
-    [(".bmp", ".png"), (".tiff", ".png"), (".pdf", ".svg"), (".avi", ".mp4"), (".htm", ".html"), (".giff", ".gif")],
+    [(".bmp", ".png"), (".tiff", ".png"), (".eps", ".pdf"), (".avi", ".mp4"), (".htm", ".html"), (".giff", ".gif")],
 )
 def test_the_nearest_format_is_proposed(suffix: str, near: str) -> None:
     with pytest.raises(mv.UsageError) as caught:

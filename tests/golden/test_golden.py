@@ -88,7 +88,7 @@ def test_what_only_looks_different_is_told(golden):
     ("old", "new", "words"),
     [
         ("Rod.B=[_,80]", "Rod.B=[x,80]", "there is `x` that were not recorded"),
-        ("@2\n", "@3\n", "the animation has 38 frames, it had 26"),
+        ("@2\n", "@3\n", "the film has 38 frames, it had 26"),
         ("P=[100,80]", "Q=[100,80]", "no `Crank.P.x` and `Crank.P.y` any more"),
     ],
 )

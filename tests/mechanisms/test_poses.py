@@ -7,7 +7,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.mechanisms import engine_oracles, gear_oracles, leg_oracles, linkage_oracles, machine_oracles, motion_oracles
+from tests.mechanisms import (
+    engine_oracles,
+    figure_oracles,
+    gear_oracles,
+    leg_oracles,
+    linkage_oracles,
+    machine_oracles,
+    motion_oracles,
+)
 from tests.mechanisms.conftest import SCRIPTS
 from tests.mechanisms.kinematics import Array, Columns
 
@@ -15,6 +23,7 @@ Solve = Callable[..., Columns]
 
 ORACLES: dict[str, Callable[[Array], Columns]] = {
     "acceleration": motion_oracles.acceleration,
+    "antiparallelogram": figure_oracles.antiparallelogram,
     "clockwork": gear_oracles.clockwork,
     "coupling-rods": engine_oracles.coupling_rods,
     "excavator": machine_oracles.excavator,
@@ -32,11 +41,14 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
     "pantograph": linkage_oracles.pantograph,
     "peaucellier": linkage_oracles.peaucellier,
     "planetary": gear_oracles.planetary,
+    "pressure-volume": figure_oracles.pressure_volume,
     "scissor-lift": machine_oracles.scissor_lift,
     "scotch-yoke": engine_oracles.scotch_yoke,
+    "simson-line": figure_oracles.simson_line,
     "slider-crank": engine_oracles.slider_crank,
     "stephenson": engine_oracles.stephenson,
     "trammel": linkage_oracles.trammel,
+    "umbrella": figure_oracles.umbrella,
     "walschaerts": engine_oracles.walschaerts,
     "watt": linkage_oracles.watt,
     "whitworth": machine_oracles.whitworth,
@@ -46,7 +58,8 @@ IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
 FRAMES = {
-    "acceleration": 100, "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
+    "acceleration": 100, "antiparallelogram": 125, "simson-line": 200, "umbrella": 125,
+    "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
     "planetary": 150, "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
 }  # fmt: skip
 """How many frames each script has; 50 where it is not said."""
@@ -59,7 +72,7 @@ SLOWER = {"excavator", "stephenson", "walschaerts"}
 
 CLOSED_FORMS = {
     "clockwork", "excavator", "geneva", "hart", "jansen-walker", "klann", "locomotive", "planetary", "scissor-lift",
-    "whitworth",
+    "simson-line", "whitworth",
 }  # fmt: skip
 """Scripts whose oracles are exact to the last digits, so that they are compared to 1e-9 pixels."""
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -15,6 +16,7 @@ import sympy
 from movimentum.analysis.interactive.formula import to_sympy
 from movimentum.expressions import OPERATIONS, Expr, Operation, const, evaluate_op, rebuild, symbol
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Table
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.scene.lower import OPERATION_OF
@@ -33,8 +35,11 @@ PLACES = ([0.3, 0.7, -1.25, 2.5], [0.6, 0.25, 1.5, -0.5])
 EXPONENT = 1.5
 
 
-def payload(operation: Operation) -> float | None:
-    return EXPONENT if operation.name == "pow" else None
+TABLE = Table(np.array([-3.0, -1.0, 0.0, 1.0, 3.0]), np.array([3.0, -1.0, 2.5, 2.0, 0.5]), spelled=("a.csv", "b", ""))
+
+
+def payload(operation: Operation) -> float | Table | None:
+    return {"pow": EXPONENT, "table": TABLE}.get(operation.name)
 
 
 def node(operation: Operation) -> Expr:
@@ -90,6 +95,11 @@ def _of_angles(function: Callable[[object], object]) -> Callable[[object], objec
     return lambda a: function(a * MP.pi / 180)
 
 
+def _between_rows(u: Any, row: int) -> Any:
+    (x0, x1), (y0, y1) = TABLE.x[row : row + 2], TABLE.y[row : row + 2]
+    return y0 + (y1 - y0) * (u - x0) / (x1 - x0)
+
+
 TRUTH: dict[str, Callable[..., object]] = {
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,
@@ -113,6 +123,7 @@ TRUTH: dict[str, Callable[..., object]] = {
     "ln": MP.ln,
     "ease": lambda u: 0 if u < 0 else 1 if u > 1 else 3 * u**2 - 2 * u**3,
     "le": lambda e, b, v, w: v if e <= b else w,
+    "table": lambda u: _between_rows(u, int(np.searchsorted(TABLE.x, float(u))) - 1),
 }
 LIMITS = {"asind": (-0.99, 0.99), "acosd": (-0.99, 0.99), "sqrt": (0.01, 9.0), "ln": (0.01, 9.0), "pow": (0.01, 9.0)}
 
@@ -208,13 +219,13 @@ def test_a_script_says_it_in_the_words_that_it_is_told_in(operation: Operation) 
     names = [VariableComponent(name, None) for name in ("p", "q", "r", "s")][: operation.arity]
     said = Expr(operation.name, tuple(map(symbol, names)), payload(operation))
     words = expression_name(scene_of(f"{BAR}@2 result = 1;"), said)
-    read = constraint_of(scene_of(f"{BAR}@2 result = {words};"), "result").right
+    read = constraint_of(scene_of(f"{BAR}@2 result = {words};", lambda _: TABLE), "result").right
     assert read == (said,), words
 
 
 def test_every_function_of_the_language_that_makes_a_number_is_an_operation() -> None:
     words = {SYNONYMS.get(operation.word, operation.word) for operation in OPERATIONS if operation.word is not None}
-    others = {"a", "i", "d", "across", "along", "mesh", "belt"}  # of vectors, of time, of things
+    others = {"a", "i", "d", "across", "along", "mesh", "belt", "table"}  # of vectors, of time, of things, of files
     assert set(FUNCTIONS) - words == others | (REDUCTIONS - {"min", "max"})
     assert words <= set(FUNCTIONS)
     for word, name in OPERATION_OF.items():

@@ -257,3 +257,10 @@ def test_lines_are_as_resvg_draws_them(width, dash, closed, cap):
             assert (off > 0.05).sum() <= 0.1 * (theirs > 0.0).sum()
         else:
             assert off.max() < 0.05
+
+
+def test_a_narrow_zigzag_stays_where_it_is() -> None:
+    points = np.array([(20 + 0.5 * k, 40 if k % 2 else 104) for k in range(400)])
+    (ring,) = stroke(points, 1.8)
+    assert ring[:, 1].min() >= 38
+    assert ring[:, 1].max() <= 106

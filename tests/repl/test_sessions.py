@@ -15,7 +15,7 @@ from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
 from movimentum.workflow.choices import Choices
-from tests.command import movimentum
+from tests.command import BINDS, movimentum
 from tests.solver.scenes import motion_of
 
 SLIDER = """.config(20, 300, 300);
@@ -156,7 +156,40 @@ def test_solutions_are_all_and_what_is_pasted_selects(talk, tmp_path):
     say(f"apply {other}")
     assert before == 260
     assert abs(float(say("show x").split()[-1]) - 20) < 1e-9
-    assert talk(SLIDER)("solutions").startswith("there is one solution only")
+    assert "rejected by line 6: `x > 100`, by 80" in talk(SLIDER)("solutions")
+    still = "Rod : .bar A=[0,0] B=[9,0]; @0 Rod.A = [1,1]; Rod.angle = 0; @1"
+    assert talk(still)("solutions").startswith("there is one solution only")
+
+
+def test_what_rejects_every_solution_is_told_and_turned_round(talk):
+    say = talk(SLIDER.replace("x > 100", "x > 400"))
+    said = say("solutions")
+    assert said.startswith("there is no pose at t = 0: ")
+    assert "rejected by line 6: `x > 400`, by 140" in said
+    assert "rejected by line 6: `x > 400`, by 380" in said
+    assert say("apply 1").endswith("everything is determined and agrees")
+    assert "x < 400" in say("diff")
+    assert abs(float(say("show x").split()[-1]) - 260) < 1e-9
+
+
+def test_exact_times(talk):
+    say = talk(SLIDER)
+    time = (180 / math.pi) * math.asin(0.5) / 90
+    assert f"t = {time:.12g}" in say("when Crank.P.y = 120").replace("0.3333333333333", f"{time:.12g}")
+    say("until Crank.P.y = 120")
+    assert abs(float(say.session.time) - time) < 1e-15
+    say("until Crank.P.y = 120")
+    say("back until Crank.P.y = 120")
+    assert abs(float(say.session.time) - time) < 1e-15
+    assert say.refuses("back until x = 9999") == "repl/never"
+    assert say("when x = 999").startswith("`x = 999` never holds; `x` goes from ")
+    assert say("max Crank.P.y") == "Crank.P.y is largest at t = 1: 140"
+    assert say("break when Crank.P.y = 130").endswith("2 times in the film")
+    assert say("run").startswith("`Crank.P.y = 130` comes to hold")
+    say("run")
+    assert say("run").startswith("no break comes to hold\nt = 4 ")
+    for wrong in ("when", "when x", "until", "back until", "max", "break x = 3", "when x = [1,2]", "when Rod.Q = 3"):
+        say.refuses(wrong)
 
 
 def test_thumbnails_show_the_whole_of_each_solution(talk, tmp_path):
@@ -457,7 +490,7 @@ def test_the_command_line(tmp_path):
     done = movimentum("repl", path, "-c", "at 1; show .t; quit; foo")
     assert (done.returncode, done.stdout.splitlines()[-1], done.stderr) == (0, ".t = 1", "")
     done = movimentum("repl", path, "-c", "at 1\nshow .t", "-c", "show .t")
-    assert (done.returncode, done.stdout.splitlines()[1:]) == (0, [".t = 1", ".t = 1"])
+    assert (done.returncode, done.stdout.splitlines()[2:]) == (0, ["> show .t", ".t = 1", "> show .t", ".t = 1"])
     done = movimentum("repl", path, stdin="at 1\nfoo\nshow .t\n")
     assert done.returncode == 1
     assert done.stdout.splitlines()[-1] == ".t = 1"
@@ -480,3 +513,32 @@ def test_the_session_in_the_documentation(tmp_path, monkeypatch):
         line, _, expected = exchange.partition("\n")
         state, text = answer(state, line)
         assert text.strip() == expected.strip(), line
+
+
+CONTRADICTORY = """.config(20, 360, 200);
+B1 : .bar  C = [100,100]   P = C + [80,0];
+B2 : .bar  A = [0,0]      B = A + [80,0];
+@0   B1.C = [100,100];     B2.A = B1.P;  B2.B = [400,100];
+@2
+"""
+
+
+def test_a_drawing_is_not_shown_as_a_pose(talk):
+    say = talk(CONTRADICTORY)
+    assert say("show B2.B").splitlines() == ["there is no pose at t = 0; as drawn:", "B2.B = [80, 0]"]
+    assert say("show").startswith("there is no pose at t = 0; as drawn:\n")
+    assert "as drawn" in say("at 1")
+    message = say("conflicts")
+    amounts = {line.split()[0] for line in say("residuals").splitlines()[2:]}
+    assert amounts == set(re.findall(r"off by ([\d.]+) where", message)) == {"140"}
+    for line in ("formula B1.P", "free", "solutions"):
+        assert say.refuses(line) == "repl/no-solution"
+
+
+def test_after_a_bind_the_last_pose_is_shown(talk):
+    say = talk(BINDS)
+    say("at 0.7")
+    assert say("show Rod.B").splitlines() == [
+        "there is no pose at t = 0.7; the last one, of t = 0.525:",
+        "Rod.B = [51, 40]",
+    ]

@@ -19,7 +19,7 @@ from movimentum.things.kind import ThingKind
 from movimentum.things.registry import KINDS, SHAPES, kind_of
 from tests.command import ROOT
 
-MARKS = {"sprite", "arrow", "label", "trace"}
+MARKS = {"sprite", "arrow", "label", "trace", "graph", "velocities", "polode", "skeleton"}
 """Kinds that are drawn by a mark of their own."""
 
 
@@ -30,11 +30,14 @@ def test_the_grammar_has_the_words_of_all_kinds() -> None:
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=str)
 def test_every_kind_says_what_it_is_and_is_drawn(kind: ThingKind) -> None:
-    assert kind.anchors is not None or kind.points is not None
-    assert (kind.word in FIGURES) + (kind.word in MARKS) == (kind.anchors is not None) + (kind.word == "trace")
-    assert (kind.word in SYMBOLS) == (kind.points is not None and kind.word != "trace")
+    assert kind.anchors is not None or kind.points is not None or kind.wholes is not None
+    own = kind.anchors is not None or kind.word in ("trace", "polode", "skeleton")
+    assert (kind.word in FIGURES) + (kind.word in MARKS) == own
+    follows = kind.points is not None and kind.word != "trace"
+    about = kind.wholes is not None and kind.word not in MARKS
+    assert (kind.word in SYMBOLS) == (follows or kind.valued > 0 or about)
     fields = getattr(kind.own, "__slots__", ())
-    said = {rule.name for each in KINDS.values() if each.own is kind.own for rule in (*each.options, *each.arguments)}
+    said = {rule.key for each in KINDS.values() if each.own is kind.own for rule in (*each.options, *each.arguments)}
     assert set(fields) - {"image", "image_size"} <= said, "what only such kinds have, a definition can say"
 
 

@@ -102,7 +102,7 @@ def test_files_samples_and_ranges_of_constants(capsys, script, tmp_path):
         (["--vary", "R=1", "--measure", "w = .max(Coupler.P)"], "usage/measure", "is a vector", ".l`"),
         (["--vary", "R=1", "--measure", "w = .max(Couper.P.x)"], "name/unknown-thing", "Couper", "`Coupler.P"),
         (["--vary", "R=1", "--measure", "w = .max(.min(Coupler.P.x))"], "usage/measure", "already one value", None),
-        (["--vary", "R=1", "--measure", "w = .at(Coupler.P.x, 7)"], "usage/measure", "outside the animation", None),
+        (["--vary", "R=1", "--measure", "w = .at(Coupler.P.x, 7)"], "usage/measure", "outside the film", None),
         (["--vary", "R=1", "--measure", "w = .at(Coupler.P.x, R)"], "usage/measure", "is not a time", "0.5"),
         (["--vary", "R=1", "--measure", "w = max(Coupler.P.x)"], "usage/measure", "an operator", "write `.max(…)`"),
         (["--vary", "R=1", "--measure", "w = .rms(Crank.P.x) > 3"], "usage/measure", "compares", "'.rms(Crank.P.x)'"),

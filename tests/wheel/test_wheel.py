@@ -49,8 +49,8 @@ def test_the_wheel_holds_the_grammar_and_nothing_foreign(wheel: Path) -> None:
     assert {f"movimentum/rendering/fonts/{name}" for name in fonts} <= set(names)
     assert {"movimentum/vector/painter.js", "movimentum/vector/player.js", "movimentum/vector/page.css"} <= set(names)
     studio = {f"movimentum/studio/web/{name}" for name in ("index.html", "studio.css", "studio.js")}
-    assert {*studio, "movimentum/studio/gallery/four-bar.mov"} <= set(names)
-    assert not [name for name in names if "node_modules" in name]
+    assert {*studio, "movimentum/gallery/four-bar.mov"} <= set(names)
+    assert not [name for name in names if "node_modules" in name or "make_sprites" in name]
     assert "movimentum = movimentum.__main__:main" in entry_points
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"movimentum"}
     sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "movimentum").rglob("*.py")}
@@ -96,12 +96,23 @@ def test_the_sdist_holds_the_whole_project_and_no_films(sdist: Path) -> None:
     (made,) = sdist.glob("*.tar.gz")
     with tarfile.open(made) as archive:
         names = {member.name.partition("/")[2]: member.mode for member in archive.getmembers()}
-    assert set(names) - set(tracked()) == {"PKG-INFO"}
+    assert set(names) - set(tracked()) == {"PKG-INFO", "movimentum/VERSION"}
     assert set(tracked()) - set(names) == set()
     assert names[".ci/run"] & 0o100, "it can be run"
     (wheel,) = sdist.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         assert [name for name in archive.namelist() if Path(name).name in {Path(each).name for each in LEFT}] == []
+
+
+def test_what_is_built_twice_is_the_same_and_so_is_what_is_built_from_the_sdist(sdist: Path, tmp_path: Path) -> None:
+    (archive,) = sdist.glob("*.tar.gz")
+    (wheel,) = sdist.glob("*.whl")
+    with tarfile.open(archive) as opened:
+        opened.extractall(tmp_path, filter="data")
+    (unpacked,) = tmp_path.iterdir()
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", tmp_path / "again", unpacked, cwd=tmp_path)
+    again = {path.name: path.read_bytes() for path in (tmp_path / "again").iterdir()}
+    assert again == {path.name: path.read_bytes() for path in (archive, wheel)}
 
 
 def test_the_wheel_renders_a_script_without_the_checkout(wheel: Path, tmp_path: Path) -> None:
@@ -116,6 +127,11 @@ def test_the_wheel_renders_a_script_without_the_checkout(wheel: Path, tmp_path: 
     assert Path(where).is_relative_to(site)
     (tmp_path / "crank.mov").write_text(CRANK)
     run(python.parent / "movimentum", "run", "crank.mov", cwd=tmp_path)
+    assert run(python.parent / "movimentum", "--version", cwd=tmp_path).split()[-1] == wheel.name.split("-")[1]
+    run(python.parent / "movimentum", "new", "gears", cwd=tmp_path)
+    run(python.parent / "movimentum", "run", "gears.mov", "--frames", "0:2", cwd=tmp_path)
+    run(python.parent / "movimentum", "examples", cwd=tmp_path)
+    run(python.parent / "movimentum", "check", "movimentum-examples/walschaerts.mov", "--strict", cwd=tmp_path)
     with Image.open(tmp_path / "crank.gif") as picture:
         assert (picture.format, picture.n_frames) == ("GIF", 11)
     run(python.parent / "movimentum", "run", "crank.mov", "-o", "crank.html", cwd=tmp_path)

@@ -8,19 +8,22 @@ import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.places import span_of_blocks
-from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, left_out, off_text
+from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
+from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.analysis.diagnose.runaway import runaway
+from movimentum.analysis.diagnose.tables import table_left
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
 from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, Thing
-from movimentum.scene.text_edits import added, lengthened, turned_round
+from movimentum.scene.text_edits import added, turned_round
 from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
+from movimentum.source import Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
 
@@ -34,8 +37,8 @@ begins.
 """
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
-MOST_LEFT_OUT = 6
-"""Of contradicting constraints, so many of the last ones are offered to be left out."""
+MOST_COPIES = 2
+"""Of one definition: for so many of its copies, the last and the first, another length is offered."""
 
 
 def failure_diagnostic(
@@ -184,6 +187,10 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
     labels = [Label(constraint.span, off_text(conflict, constraint.number)) for constraint in chosen[:-1]]
     helps: list[str | Fix] = []
     others: list[Fix] = []
+    alike: dict[Span, list[int]] = {}
+    for t in conflict.things:
+        alike.setdefault(_defined(scene, scene.things[t]), []).append(t)
+    offered = {t for same in alike.values() for t in (same[-1], *same[: MOST_COPIES - 1])}
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
@@ -197,9 +204,9 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                rounded, exact = _another_length(thing, factor, now)
-                helps.append(rounded)
-                others.append(exact)
+                if t in offered:
+                    helps += so_long(scene, thing, round(factor * now, 6), now)  # usually what the script means
+                    others += so_long(scene, thing, factor * now, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
     if last is not None:
@@ -223,15 +230,13 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
         notes=(f"smallest conflicting set{rest}",),
-        fixes=(*(left_out(scene.source, constraint) for constraint in reversed(chosen[-MOST_LEFT_OUT:])), *others),
+        fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
     ).advised(*helps)
 
 
-def _another_length(thing: Thing, factor: float, now: float) -> tuple[Fix, Fix]:
-    """The length with which all others hold, rounded (usually that is what the script means) and as it is."""
-    title = f"make `{thing.name}` {number(factor * now, 6)} long (it is {number(now, 6)})"
-    first, second = (lengthened(thing, wanted / now) for wanted in (round(factor * now, 6), factor * now))
-    return Fix(title, () if first is None else (first,)), Fix(title, () if second is None else (second,))
+def _defined(scene: Scene, thing: Thing) -> Span:
+    """Where a thing is defined, in the script."""
+    return scene.source.real(thing.span) if isinstance(scene.source, UnfoldedText) else thing.span
 
 
 def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, tau: float) -> Diagnostic:
@@ -305,6 +310,9 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
     if plan.system.differentiated(block.unknowns[0])[1]:
         numbers.append(reader_of(plan.system, set(block.unknowns)))
     spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
+    left = table_left(segment_motion, block, tau)
+    if left is not None:
+        return replace(left, span=spans[-1] if spans else None)
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
     if isinstance(block, Integral):
         name, note = "the integral in this statement", "a pole of what is integrated, " + note

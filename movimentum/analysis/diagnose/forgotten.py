@@ -18,7 +18,7 @@ from movimentum.tolerances import AT_ONE_PLACE, MOVED_AWAY
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
 SOON = Fraction(1, 16)
-"""Of the animation: by this time, a joint that leaves a thing behind has moved."""
+"""Of the film: by this time, a joint that leaves a thing behind has moved."""
 
 
 def forgotten(motion: PathMotion) -> Iterator[Diagnostic]:

@@ -25,7 +25,7 @@ from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
 OUTSIDE, CUT_OFF = "canvas/outside", "canvas/cut-off"
 CHUNK = 2048
 MOST = 200_000
-"""Poses of things that are examined; for a longer animation, evenly spread frames."""
+"""Poses of things that are examined; for a longer film, evenly spread frames."""
 SLACK = 1.0
 """World pixels that may stick out: round ends, and things drawn up to the edge."""
 LETTERS = (0.3, 1.2)

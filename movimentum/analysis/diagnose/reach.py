@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.analysis.diagnose.remedies import other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block
 from movimentum.scene.model import Constraint, Scene, Thing
-from movimentum.scene.text_edits import lengthened, removed
 from movimentum.settings import Advice
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
@@ -18,7 +18,6 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
-from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.tolerances import AT_FRAME, LEAST_ROUNDED, SAME_LENGTH, STRETCHED
 
@@ -88,7 +87,10 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
         notes=(_last_good(motion, segment_motion, trouble),),
         fixes=()
         if conflict is None or advice is not Advice.FULL
-        else tuple(_long_enough(segment_motion, trouble, block, carry, conflict)),
+        else (
+            *_long_enough(segment_motion, trouble, block, carry, conflict),
+            *other_pins(plan.system.scene, chosen, segment_motion.segment.active),
+        ),
         helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
     )
 
@@ -117,9 +119,7 @@ def _long_enough(
         if len(thing.anchors) != 2 or abs(factor - 1.0) < SAME_LENGTH or now <= 0.0:
             continue
         wanted = _round(now * max(factors), up=True) if factor > 1.0 else _round(now * min(factors), up=False)
-        edit = lengthened(thing, wanted / now)
-        if edit is not None:
-            yield Fix(f"make `{thing.name}` {number(wanted, 6)} long (it is {number(now, 6)})", (edit,))
+        yield from so_long(plan.system.scene, thing, wanted, now)
 
 
 def _length(thing: Thing) -> float:
@@ -136,12 +136,6 @@ def _round(value: float, *, up: bool) -> float:
 def constraint_of(segment_motion: SegmentMotion, number_: int | None) -> Constraint | None:
     """The active constraint of that number."""
     return next((c for c in segment_motion.segment.active if c.number == number_), None)
-
-
-def left_out(source: SourceText, constraint: Constraint) -> Fix:
-    """The script without a constraint."""
-    text = " ".join(source.slice(constraint.span).split())
-    return Fix(f"leave out `{text}`", (removed(source.text, constraint.span),))
 
 
 def off_text(conflict: Conflict, constraint: int) -> str:

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import symbol
 from movimentum.records import dataclass
-from movimentum.scene.model import AnchorCoordinate
+from movimentum.scene.model import AnchorCoordinate, FixedPoint
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.valued import has_value
 from movimentum.text import listed, time_text
 from movimentum.things.kinds.vector import VectorScale
 
 CODE = "name/no-value"
+LOOKED_AT = 200
+"""Frames in which a graph is looked for a value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lack:
-    """From ``begin`` to ``end`` (None: from the beginning, to the end of the animation) a variable has no value."""
+    """From ``begin`` to ``end`` (None: from the beginning, to the end of the film) a variable has no value."""
 
     begin: float | None
     end: float | None
@@ -72,6 +76,29 @@ def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
         )
 
 
+def empty_graphs(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A warning for each graph that has no value in the whole film, so that there is nothing to draw."""
+    timeline = motion.timeline
+    graphs = [thing for thing in timeline.scene.things if thing.values and not thing.hidden]
+    if not graphs:
+        return
+    from movimentum.analysis.live import shown_values  # only graphs need it
+
+    count = timeline.frame_count
+    times = [timeline.frame_time(frame) for frame in range(0, count, max(1, count // LOOKED_AT))]
+    poses = motion.poses_at(times)
+    for thing in graphs:
+        values = shown_values(motion, thing, poses, times)
+        first = np.isfinite(values[0, 0])
+        if not any((np.isfinite(row) & first).any() for (number, _), row in values.items() if number):
+            yield Diagnostic(
+                "graph/empty",
+                Severity.WARNING,
+                f"`{thing.name}` shows nothing: what it is about has no value in the whole film",
+                thing.span,
+            ).advised("a square root of less than 0, a quotient by 0 and a variable without a statement have no value")
+
+
 def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
     """A warning for each vector that is not drawn in some step because a wish draws what it is about."""
     things = motion.timeline.scene.things
@@ -84,6 +111,8 @@ def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
     times = [(segment.start + segment.end) / 2 for segment in timeline.segments]
     for thing in vectors:
         (ref,) = thing.through
+        if isinstance(ref, FixedPoint):
+            continue
         coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
         try:
             rates_at(motion, coordinates, 2, [time for time in times if timeline.start <= time <= timeline.end])

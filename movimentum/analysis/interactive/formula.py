@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
 from movimentum.expressions.operations import column
+from movimentum.expressions.tables import Ends, Table
 from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.records import dataclass
@@ -24,6 +26,8 @@ REASONABLE = 400
 """The limit of operations for a formula that is shown."""
 LONG_INTEGER = 10**9
 """Integers of this size or larger, in a fraction or alone, are written as decimals: they come from rounding."""
+SHOWN_ROWS = 5
+"""The limit of rows for showing a table as the formulas between them."""
 SIMPLIFIED = 250
 """The limit of operations for simplifying with SymPy, whose time grows steeply."""
 
@@ -294,6 +298,24 @@ class _Formulas:
         """3u^2 - 2u^3, constant outside [0, 1]."""
         u = self.sympy.Min(self.sympy.Max(u, 0), 1)
         return u * u * (3 - 2 * u)
+
+    def table(self, u: Any, table: Table) -> Any:
+        """The pieces of a short table; a function with the name of a longer one."""
+        if len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC:
+            return self.sympy.Function(repr(table))(u)
+        exact = self._number
+        coefficients, rows = table.pieces.coefficients, [exact(x) for x in table.x]
+        cases: list[Any] = []
+        for place, (first, last) in enumerate(pairwise(rows), 1):
+            total = sum(exact(c[place]) * (u - first) ** k for k, c in enumerate(coefficients))
+            cases.append((total, u <= last))
+        if table.ends is Ends.HELD:
+            low, high = exact(coefficients[0][0]), exact(coefficients[0][-1])
+            return self.sympy.Piecewise((low, u < rows[0]), *cases, (high, True))
+        return self.sympy.Piecewise(*cases[:-1], (cases[-1][0], True))
+
+    def _number(self, value: Any) -> Any:
+        return self.sympy.Rational(_decimal(float(value)))
 
     def le(self, e: Any, b: Any, v: Any, w: Any) -> Any:
         """v where e <= b, else w."""

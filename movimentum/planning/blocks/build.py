@@ -31,7 +31,7 @@ from movimentum.planning.blocks.reduction import (
 )
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.calculus import affine, with_respect_to
+from movimentum.planning.lowering.calculus import affine, phases_of, with_respect_to
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -70,9 +70,10 @@ class _Making:
         inputs = symbol_numbers(*roots) - unknowns
         timed = any(node.op == "clock" for node in walk(*(root for root in roots if root.timed)))
         phases = {  # a dict for its order
-            node.args[0]: None
+            phase: None
             for node in walk(*roots)
-            if node.op in ("sind", "cosd", "tand") and not symbol_numbers(node.args[0]) & unknowns.union(self.states)
+            for phase in phases_of(node)
+            if not symbol_numbers(phase) & unknowns.union(self.states)
         }
         divisors = divided_by([self.system.equations[e].residual for e in self.group.equations], unknowns)
         divisors += [] if leading is None or leading.value is not None else [leading]
@@ -178,7 +179,7 @@ def _assigned(making: _Making, residual: Expr) -> Assign | None:
     return _assign_block(making, (), [(unknown, div(neg(rest), slope))])
 
 
-_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod"}
+_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod", "table"}
 
 
 def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]]) -> Assign:

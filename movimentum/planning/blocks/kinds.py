@@ -188,7 +188,7 @@ class Newton(BlockBase):
 @dataclass(frozen=True, slots=True, eq=False)
 class WishRows:
     """The wishes that draw a free block: compiled ``errors`` (``count`` of them), and their derivatives ``slopes`` at
-    ``entries`` (error, core unknown).
+    ``entries`` (error, core unknown); ``expressions`` of the errors, then of the slopes.
 
     ``speeds``: for each wish, how fast its errors, from a first to an end (not included), may change together (inf: as
     fast as possible). ``numbers``: the wishes' numbers in `System.wishes`.
@@ -197,6 +197,7 @@ class WishRows:
     errors: Compiled
     count: int
     slopes: Compiled
+    expressions: tuple[Expr, ...]
     entries: tuple[tuple[int, int], ...]
     speeds: tuple[tuple[int, int, float], ...]
     numbers: tuple[int, ...]
@@ -209,12 +210,14 @@ class Free(Newton):
     ``metric``    the quadratic form that sums the squared speeds of all anchors
     ``linear``    large blocks: how ``targets`` depend on the core
     ``sparse``    large blocks: the residuals by their terms, instead of ``residual`` and ``jacobian``
+    ``places``    lifted blocks: the coordinates of all anchors as drawn, then of its things' anchors in their frames
     """
 
     metric: Metric
     linear: LinearMap | None = None
     sparse: SparseRows | None = None
     wishes: WishRows | None = None
+    places: Compiled | None = None
 
     @property
     def free(self) -> bool:

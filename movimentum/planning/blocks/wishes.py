@@ -140,6 +140,7 @@ def with_wishes(block: Block, wishes: Sequence[Wish], known: set[int], clocks: C
         compiled(errors, clocks),
         len(errors),
         compiled(slopes, clocks),
+        (*errors, *slopes),
         tuple(entries),
         tuple(speeds),
         tuple(numbers),

@@ -11,7 +11,7 @@ scene, share one compiled function (decision 0019): it is written from a `CodeSh
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from fractions import Fraction
 
 from movimentum.expressions import Expr, walk
@@ -43,7 +43,7 @@ class Flattening:
 
     def __init__(self, clocks: Clocks, *, branches: bool = False) -> None:
         self.magnitudes: list[float] = []
-        self.places: list[int] = []
+        self.places: list[object] = []
         self._clocks, self._branches = clocks, branches
         self._instructions: list[tuple[object, ...]] = []
         self._value_of: dict[Expr, int] = {}
@@ -59,7 +59,8 @@ class Flattening:
                 if node not in value_of:
                     value_of[node] = len(instructions)
                     if node.args:
-                        instructions.append((node.op, node.payload, *[value_of[arg] for arg in node.args]))
+                        payload = node.payload if node.op != "table" else self.place("table", node.payload)
+                        instructions.append((node.op, payload, *[value_of[arg] for arg in node.args]))
                     else:
                         instructions.append(self._leaf(node))
         return value_of[root]
@@ -74,8 +75,8 @@ class Flattening:
         self._instructions.append(("self-difference", None, value))
         return len(self._instructions) - 1
 
-    def place(self, kind: str, number: int) -> int:
-        """The parameter for an unknown's number ("u"), a clock's ("k") or a block's ("g")."""
+    def place(self, kind: str, number: Hashable) -> int:
+        """The parameter for an unknown's number ("u"), a clock's ("k") or a block's ("g"), or for a "table" itself."""
         found = self._place_of.get((kind, number))
         if found is None:
             found = self._place_of[kind, number] = len(self.places)
@@ -110,7 +111,7 @@ class Flattening:
             case op:
                 raise NotImplementedError(op)
 
-    def _parameter(self, given: Place | Product) -> float | int:
+    def _parameter(self, given: Place | Product) -> object:
         if isinstance(given, int):
             return self.places[given]
         below, factors = given

@@ -174,6 +174,9 @@ class _CodeWriter:
                     _, x = _split(a[0])
                     return self._local(f"{x} * {x}")
                 return self._local(f"pow({a[0]}, {payload!r})")
+            case "table":
+                assert isinstance(payload, Place)
+                return self._local(f"table({a[0]}, {self._token(payload)})")
             case "self-difference":
                 return f"({a[0]} - {a[0]})"
             case _ if op in ON_ARRAYS:

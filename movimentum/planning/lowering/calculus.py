@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Sequence
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, walk
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Table
 from movimentum.planning.lowering.unknowns import symbol_numbers
 
 
@@ -43,6 +44,22 @@ def rounded(root: Expr) -> Expr:
             total = add(total, mul(call("abs", _rule(node, lambda _: ZERO, d)), memo[arg]))
         memo[node] = total
     return memo[root]
+
+
+PHASE_OF_A_ROW = 30.0
+"""Degrees: what the rows of a table count as where nodes are so close that no turn of a driving angle is missed."""
+
+
+def phases_of(node: Expr) -> tuple[Expr, ...]:
+    """What a path's nodes must follow closely, in degrees, or they may miss how ``node`` changes between them."""
+    match node.op:
+        case "sind" | "cosd" | "tand":
+            return node.args
+        case "table":
+            assert isinstance(node.payload, Table)
+            return (node.payload.pace(node.args[0], PHASE_OF_A_ROW),)
+        case _:
+            return ()
 
 
 def affine(root: Expr, unknown: Hashable) -> tuple[Expr, Expr] | None:
@@ -83,6 +100,10 @@ def _one_sided(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr], toward: 
             change, below, above = sub(d[0], d[1]), d[1], d[0]
         case "le", (x, bound, _, _):
             change, below, above = sub(d[0], d[1]), d[2], d[3]
+        case "table", (x,):
+            assert isinstance(node.payload, Table)
+            left, right = (mul(node.payload.rate(x, side), d[0]) for side in (-1, 1))
+            return call("le", mul(toward, d[0]), ZERO, left, right)
         case _:
             return _rule(node, leaf, d)
     if below == above:

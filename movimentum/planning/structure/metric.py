@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,28 +70,34 @@ class Metric:
         return np.asarray(np.bincount(rows, values * speeds[columns], self.size), dtype=np.float64)
 
 
-def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None = None) -> Metric:
-    """The metric of a block with the unknowns ``core`` and the eliminated ones of ``linear``."""
+Local = Callable[[int, int], tuple[Any, Any]]
+"""Where an anchor (of a thing, by number) is in its thing's frame: floats, or arrays of one shape for variants."""
+
+
+def anchor_forms(
+    system: System, core: Sequence[int], local: Local, linear: LinearMap | None = None
+) -> tuple[dict[tuple[int, int], Any], dict[tuple[int, int], Any], tuple[int, ...]]:
+    """The entries of M and C for a block with the unknowns ``core`` and the eliminated ones of ``linear``, and the
+    unknowns of C's columns. See `Metric`; M is not definite yet.
+    """
     eliminated = {} if linear is None else dict(zip(linear.targets, linear.slopes, strict=True))
     resting = set(eliminated) - (linear.driven if linear is not None else frozenset[int]())
     place = {n: k for k, n in enumerate(core)}
     mine = {*place, *eliminated}
-    count = len(core)
     coupled: dict[int, int] = {}
-    form: dict[tuple[int, int], float] = {}
-    coupling: dict[tuple[int, int], float] = {}
+    form: dict[tuple[int, int], Any] = {}
+    coupling: dict[tuple[int, int], Any] = {}
     poses = (system.unknowns[n].payload for n in mine)
     for number in sorted({payload.thing for payload in poses if isinstance(payload, PosePart)}):
         thing = system.scene.things[number]
         numbers = [system.number_of.get(kind(number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        frame = system.frame(thing.number)
-        for anchor in thing.anchors:
-            dx, dy = frame.local(anchor.local)
+        for anchor in range(len(thing.anchors)):
+            dx, dy = local(number, anchor)
             for row in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
-                by_core: dict[int, float] = {}
-                by_coupled: dict[int, float] = {}
+                by_core: dict[int, Any] = {}
+                by_coupled: dict[int, Any] = {}
                 for factor, n in zip(row, numbers, strict=True):
-                    if n is None or factor == 0.0:
+                    if n is None or (isinstance(factor, float) and factor == 0.0):
                         continue
                     if n in place:
                         by_core[place[n]] = by_core.get(place[n], 0.0) + factor
@@ -104,11 +111,63 @@ def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None 
                         form[i, j] = form.get((i, j), 0.0) + a * b
                     for j, b in by_coupled.items():
                         coupling[i, j] = coupling.get((i, j), 0.0) + a * b
+    return form, coupling, tuple(coupled)
+
+
+def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None = None) -> Metric:
+    """The metric of a block with the unknowns ``core`` and the eliminated ones of ``linear``."""
+
+    def local(thing: int, anchor: int) -> tuple[float, float]:
+        return system.frame(thing).local(system.scene.things[thing].anchors[anchor].local)
+
+    form, coupling, coupled = anchor_forms(system, core, local, linear)
+    count = len(core)
     largest = max((form.get((k, k), 0.0) for k in range(count)), default=0.0) or 1.0
     for k in range(count):
         own = form.get((k, k), 0.0)
         form[k, k] = own * (1.0 + DEFINITE) if own > DEFINITE * largest else UNWEIGHTED * largest
-    return Metric(count, _entries(form), _entries(coupling), tuple(coupled))
+    return Metric(count, _entries(form), _entries(coupling), coupled)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MetricAcross:
+    """`Metric` for V variants: ``dense`` (V, n, n), ``coupling`` (V, n, p); ``white``, ``scale`` and ``weighted``: see
+    there, (V, n, n) and (V, n).
+    """
+
+    dense: FloatArray
+    coupling: FloatArray
+    coupled: tuple[int, ...]
+    white: FloatArray
+    scale: FloatArray
+    weighted: NDArray[np.bool_]
+
+    @staticmethod
+    def of(system: System, core: Sequence[int], local: Local, count: int) -> MetricAcross:
+        """That of ``count`` variants, whose anchors are at ``local`` (numbers, or (V,))."""
+        form, coupling, coupled = anchor_forms(system, core, local)
+        n = len(core)
+        dense, across = np.zeros((count, n, n)), np.zeros((count, n, len(coupled)))
+        for (i, j), value in form.items():
+            dense[:, i, j] = value
+        for (i, j), value in coupling.items():
+            across[:, i, j] = value
+        own = np.einsum("vii->vi", dense).copy()
+        largest = np.max(own, axis=1, keepdims=True)
+        largest = np.where(largest > 0.0, largest, 1.0)
+        heavy = own > DEFINITE * largest
+        diagonal = np.where(heavy, own * (1.0 + DEFINITE), UNWEIGHTED * largest)
+        dense[:, range(n), range(n)] = diagonal
+        factor = np.asarray(np.linalg.inv(np.linalg.cholesky(dense)), dtype=np.float64)
+        white = np.asarray(np.swapaxes(factor, 1, 2), dtype=np.float64)
+        weighted = diagonal > 2.0 * UNWEIGHTED * np.max(diagonal, axis=1, keepdims=True)
+        return MetricAcross(dense, across, coupled, white, 1.0 / np.sqrt(diagonal), weighted)
+
+    def at(self, who: NDArray[np.int64]) -> MetricAcross:
+        """That of some of the variants."""
+        return MetricAcross(
+            self.dense[who], self.coupling[who], self.coupled, self.white[who], self.scale[who], self.weighted[who]
+        )
 
 
 def _entries(values: Mapping[tuple[int, int], float]) -> Entries:

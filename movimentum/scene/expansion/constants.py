@@ -10,6 +10,7 @@ from movimentum.scene.constants import exact_value
 from movimentum.scene.expansion.placement import stated
 from movimentum.scene.expansion.rewriting import Rewriter
 from movimentum.scene.expansion.scopes import ConstantEntry, Value
+from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference
 from movimentum.scene.lower import Context, lower
@@ -34,9 +35,9 @@ from movimentum.syntax.words import VECTOR_MEMBERS
 class Constants:
     """Finds the values of constants, each once, in the order in which they depend on each other."""
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, tables: TableFiles) -> None:
         self.findings = findings
-        self.rewriter = Rewriter(findings, self.value_of, self.whole_number)
+        self.rewriter = Rewriter(findings, self.value_of, self.whole_number, tables)
         self._failed: set[int] = set()
 
     def value_of(self, entry: ConstantEntry) -> Value | None:

@@ -17,8 +17,10 @@ from movimentum.scene.expansion.includes import Includer, ReadText
 from movimentum.scene.expansion.placement import CopyFrame, local_in, stated, statement_in
 from movimentum.scene.expansion.product import Expanded, NamedConstant, StepAt, Timed
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
+from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.expansion.writing import ItemWriter
 from movimentum.scene.findings import Findings
+from movimentum.scene.tables import ReadTable
 from movimentum.source import SourceText, Span, Unfolding
 from movimentum.syntax.parser import parse
 from movimentum.syntax.suggest import nearest
@@ -60,6 +62,7 @@ def expand(
     read_text: ReadText,
     settings: Mapping[str, str | Expr],
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
+    read_table: ReadTable | None = None,
 ) -> Expanded:
     """``script`` written out, with statements ``added`` to the ends of steps, by number.
 
@@ -69,7 +72,8 @@ def expand(
     setting of a constant that does not exist, or that is no expression.
     """
     unfolding = Unfolding(source)
-    constants = Constants(findings)
+    tables = TableFiles(findings, source, read_table)
+    constants = Constants(findings, tables)
     declarer = Declarer(findings, constants, unfolding)
     scope = Scope(source)
     expansion = _Expansion(findings, constants, scope)
@@ -100,6 +104,7 @@ def expand(
         placements=expansion.placements,
         early=early,
         film_loops=tuple(expansion.film_loops),
+        tables=tables.found,
     )
 
 

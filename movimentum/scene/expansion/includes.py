@@ -10,7 +10,7 @@ from movimentum.errors import MovimentumError
 from movimentum.records import replace
 from movimentum.scene.expansion.declaring import Declarer
 from movimentum.scene.expansion.scopes import Scope
-from movimentum.source import SourceText, Span, Unfolding
+from movimentum.source import SourceText, Span, Unfolding, folder
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import Include, Item, Let, PartDefinition
 
@@ -80,11 +80,6 @@ class Includer:
             elif isinstance(item, PartDefinition):
                 self.declarer.part(item, script, written=scope)
         self.take(tree.items, scope, script, (*chain, path))
-
-
-def folder(file: SourceText) -> str:
-    """The folder that paths in a file are relative to."""
-    return "" if file.path.startswith("<") else os.path.dirname(file.path)
 
 
 def _shifted(item: Diagnostic, scope: Scope) -> Diagnostic:

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import CopyFrame
+from movimentum.scene.tables import Tables
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant
 from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Definition, FilmLoop, Statement
@@ -52,6 +53,7 @@ class Expanded:
 
     ``early``: the first statement before the first step, if any. ``placements`` are those of things of placed copies,
     by name. ``film_loops``: where the film begins again, with the number of the step (-1: before the first).
+    ``tables`` are those that it reads.
     """
 
     source: SourceText
@@ -63,3 +65,4 @@ class Expanded:
     placements: dict[str, CopyFrame] = field(default_factory=dict[str, CopyFrame])
     early: Statement | ClaimStatement | None = None
     film_loops: tuple[tuple[FilmLoop, int], ...] = ()
+    tables: Tables = field(default_factory=Tables)

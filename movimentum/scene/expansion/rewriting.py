@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from movimentum.diagnostics import Label, replacement
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.expansion.scopes import (
     ArrayEntry,
     ConstantEntry,
@@ -15,6 +15,7 @@ from movimentum.scene.expansion.scopes import (
     ThingEntry,
     Value,
 )
+from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
@@ -42,6 +43,7 @@ class Rewriter:
     findings: Findings
     value_of: Callable[[ConstantEntry], Value | None]
     whole_number: Callable[[Expression, str], int | None]
+    tables: TableFiles
     things: dict[str, ThingEntry] = field(default_factory=dict[str, ThingEntry])
     asked: list[tuple[Scope, str, Span, str]] = field(default_factory=list[tuple[Scope, str, Span, str]])
     """Variables of copies that are used from outside: (the copy's scope, name, place, the copy's name)."""
@@ -74,20 +76,40 @@ class Rewriter:
                 case Index():
                     made = self._element(node, below, scope, span)
                 case _:
-                    made = self._rebuilt(node, below, span)
+                    made = self._rebuilt(node, below, span, scope)
             if made is None:
                 return None
             done[id(node)] = made
         return done[id(root)]
 
-    def _rebuilt(self, node: Expression, below: list[Made], span: Span) -> Expression | None:
+    def _rebuilt(self, node: Expression, below: list[Made], span: Span, scope: Scope) -> Expression | None:
         plain: list[Expression] = []
         for each, child in zip(below, children(node), strict=True):
             if isinstance(each, ArrayEntry | CopyEntry | ThingEntry):
                 self._no_value(each, span if isinstance(node, Call) else child.span)
                 return None
             plain.append(each)
-        return rebuilt(node, plain, span)
+        made = rebuilt(node, plain, span)
+        if isinstance(made, Call) and made.reads is not None:
+            reads = self.tables.read(made.reads, [self._text(each, scope) for each in made.reads.texts], scope)
+            return None if reads is None else replace(made, reads=reads)
+        return made
+
+    def _text(self, node: Text | Name, scope: Scope) -> Text | None:
+        """A text, or the constant that is one; None after an error."""
+        span = scope.place(node.span)
+        if isinstance(node, Text):
+            return replace(node, span=span)
+        entry = scope.constant(node.name)
+        value = None if entry is None else self.value_of(entry)
+        if isinstance(value, Text):
+            return replace(value, span=span)
+        if entry is None:
+            helps = (replacement("write it in quotes", span, f"'{node.name}'"),)
+            self.findings.error("name/unknown-constant", f"there is no constant `{node.name}`", span, helps=helps)
+        elif value is not None:
+            self.findings.error("kind/mismatch", f"`{node.name}` is a value, not a text", span)
+        return None
 
     # --- names
 

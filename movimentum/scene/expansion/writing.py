@@ -9,10 +9,9 @@ from movimentum.records import replace
 from movimentum.scene.constants import constant
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Made
-from movimentum.scene.expansion.includes import folder
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
-from movimentum.source import Span
+from movimentum.source import Span, folder
 from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import (
@@ -27,7 +26,10 @@ from movimentum.syntax.tree import (
     Text,
     TextField,
 )
+from movimentum.things.registry import kind_of
 
+VALUED = frozenset({"over"})
+"""Options whose arguments have a value in every frame."""
 _NOTHING: frozenset[str] = frozenset()
 
 
@@ -106,7 +108,9 @@ class ItemWriter:
     # --- parts of items
 
     def _shape(self, shape: ShapeWord, scope: Scope) -> ShapeWord | None:
-        arguments = self._arguments(shape.arguments, scope, _NOTHING, fields=shape.word == "label")
+        arguments = self._arguments(
+            shape.arguments, scope, _NOTHING, fields=shape.word == "label", values=kind_of(shape.word).valued > 0
+        )
         if arguments is None:
             return None
         if shape.word == "sprite" and scope.file.path and (base := folder(scope.file)) != self._home:
@@ -175,7 +179,9 @@ class ItemWriter:
     def _options(self, options: tuple[Option, ...], scope: Scope, own: frozenset[str]) -> tuple[Option, ...] | None:
         found: list[Option] = []
         for option in options:
-            arguments = self._arguments(option.arguments, scope, own, fields=option.name == "text")
+            arguments = self._arguments(
+                option.arguments, scope, own, fields=option.name == "text", values=option.name in VALUED
+            )
             if arguments is None:
                 return None
             span, name_span = scope.place(option.span), scope.place(option.name_span)
@@ -183,13 +189,21 @@ class ItemWriter:
         return tuple(found)
 
     def _arguments(
-        self, arguments: tuple[Expression | Text, ...], scope: Scope, own: frozenset[str], *, fields: bool = False
+        self,
+        arguments: tuple[Expression | Text, ...],
+        scope: Scope,
+        own: frozenset[str],
+        *,
+        fields: bool = False,
+        values: bool = False,
     ) -> tuple[Expression | Text, ...] | None:
-        """``fields``: texts may have expressions in braces."""
+        """``fields``: texts may have expressions in braces. ``values``: these are no constants."""
         found: list[Expression | Text] = []
         for argument in arguments:
             if fields and isinstance(argument, Text):
                 made = self._with_fields(argument, scope)
+            elif values and not isinstance(argument, Text):
+                made = self.constants.rewriter.expression(argument, scope)
             else:
                 made = self._argument(argument, scope, own)
             if made is None:

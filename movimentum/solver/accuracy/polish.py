@@ -152,7 +152,7 @@ def _jacobian(rows: Rows, context: RowContext, count: int) -> FloatArray:
 
 def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     """(F, n, m) what takes residuals to steps."""
-    matrix, lengths = scaled(_jacobian(rows, context, len(sizes)), sizes[:, None, :])
+    matrix, lengths = scaled(_jacobian(rows, context, len(sizes)), sizes)
     finite = np.isfinite(matrix).all(axis=(1, 2))
     result = np.full((len(sizes), matrix.shape[2], matrix.shape[1]), np.nan)
     if finite.any():
@@ -257,7 +257,7 @@ def _singular(
 def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
     """Deflation, where the Jacobian loses one rank; 0 where the point it leads to does not solve the equations."""
     n = len(rows.unknowns)
-    matrix, _ = scaled(_jacobian(rows, here, 1), size[:, None, :])
+    matrix, _ = scaled(_jacobian(rows, here, 1), size)
     if not np.isfinite(matrix).all() or len(rows.residuals) < n:
         return 0.0
     _, singular, right = np.linalg.svd(matrix[0])

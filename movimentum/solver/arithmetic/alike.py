@@ -52,12 +52,12 @@ class _Shape:
                 case "clock":
                     assert isinstance(payload, int)
                     found.append(clocks[payload][None])
-                case "pow":
+                case "pow" if payload == 2.0:
                     base = found[arguments[0]]
-                    assert isinstance(payload, float)
-                    found.append(base * base if payload == 2.0 else ON_ARRAYS[op](base, payload))
+                    found.append(base * base)
                 case _:
-                    found.append(ON_ARRAYS[op](*(found[argument] for argument in arguments)))
+                    given = () if payload is None else (payload,)
+                    found.append(ON_ARRAYS[op](*(found[argument] for argument in arguments), *given))
         return found[-1]
 
 

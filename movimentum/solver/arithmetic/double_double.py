@@ -9,13 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Sequence
 from fractions import Fraction
-from typing import Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions.operations import column
+
+if TYPE_CHECKING:
+    from movimentum.expressions.tables import Pieces, Table
 
 _SPLITTER = 134217729.0  # 2^27 + 1: halves a float into two of 26 bits
 
@@ -81,6 +85,11 @@ class Wide:
     def __mul__(self, other: Wide) -> Wide:
         p, e = _product(self.high, other.high)
         return Wide(*_quick(p, e + (self.high * other.low + self.low * other.high)))
+
+    @staticmethod
+    def joined(parts: Sequence[Wide]) -> Wide:
+        """Arrays, one after the other."""
+        return Wide(np.concatenate([part.high for part in parts]), np.concatenate([part.low for part in parts]))
 
     def scaled(self, factor: FloatArray | float) -> Wide:
         """Times a power of two."""
@@ -204,6 +213,32 @@ def _floor(a: Wide) -> Wide:
     return Wide(*_quick(high, np.where(high == a.high, np.floor(a.low), 0.0)))
 
 
+@lru_cache(maxsize=16)
+def _pieces(table: Table) -> Pieces:
+    return table.in_numbers(WideArithmetic())
+
+
+def _of_table(u: Wide, table: Table) -> Wide:
+    """The value of a table."""
+    pieces = _pieces(table)
+    if pieces.period is not None:
+        u = u - pieces.period * _floor((u - pieces.first) / pieces.period)
+    breaks: Wide = pieces.breaks
+    place = np.searchsorted(breaks.high, u.high, side="right" if table.side > 0 else "left")
+    for beside, way in ((place - 1, -1), (place, 1)):  # floats that are equal may differ in what follows them
+        inside = (beside >= 0) & (beside < len(breaks))
+        if inside.any():
+            off = (u - breaks[np.where(inside, beside, 0)]).high
+            wrong = off < 0.0 if way < 0 else off > 0.0
+            wrong |= (off == 0.0) & (table.side == way)
+            place = place + np.where(inside & wrong, way, 0)
+    t = u - pieces.base[place]
+    total = pieces.coefficients[-1][place]
+    for c in reversed(pieces.coefficients[:-1]):
+        total = total * t + c[place]
+    return total
+
+
 class WideArithmetic:
     """`solver.arithmetic.evaluation.Arithmetic` of double-doubles."""
 
@@ -214,6 +249,7 @@ class WideArithmetic:
     div, pow, sqrt = staticmethod(Wide.__truediv__), staticmethod(_power), staticmethod(_sqrt)
     atan2d, floor = staticmethod(_atan2d), staticmethod(_floor)
     exp, ln = staticmethod(_exp), staticmethod(_ln)
+    table = staticmethod(_of_table)
 
     @staticmethod
     def number(value: float) -> Wide:

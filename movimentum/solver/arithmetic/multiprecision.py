@@ -5,6 +5,7 @@ mpmath is imported when such numbers are made, and not before.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions.operations import BY_NAME, column
+from movimentum.expressions.tables import Pieces, Table
 from movimentum.solver.arithmetic.double_double import nice_fraction
 
 Numbers = NDArray[np.object_]
@@ -33,8 +35,8 @@ class DigitsArithmetic:
         self.context: Any = MPContext()
         self.context.dps = digits + GUARD
         self._calls: dict[str, Callable[..., Any]] = {
-            name: np.frompyfunc(self._safe(function), BY_NAME[name].arity + (name == "pow"), 1)
-            for name, function in column(_Scalars(self.context)).items()
+            name: np.frompyfunc(self._safe(function), BY_NAME[name].arity + BY_NAME[name].payload, 1)
+            for name, function in column(_Scalars(self)).items()
         }
 
     def _safe(self, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -42,7 +44,7 @@ class DigitsArithmetic:
         isnan = self.context.isnan
 
         def called(*arguments: Any) -> Any:
-            if any(map(isnan, arguments)):
+            if any(isnan(each) for each in arguments if not isinstance(each, Table)):
                 return nan
             try:
                 return function(*arguments)
@@ -111,15 +113,17 @@ class DigitsArithmetic:
 
 
 class _Scalars:
-    """The arithmetic of single numbers of the mpmath context ``m``; ValueError or ArithmeticError
-    where an operation is undefined.
+    """The arithmetic of single numbers of ``whole``'s context; ValueError or ArithmeticError where an operation is
+    undefined.
     """
 
     number = int
 
-    def __init__(self, m: Any) -> None:
-        self.m = m
+    def __init__(self, whole: DigitsArithmetic) -> None:
+        self.m = m = whole.context
         self.floor, self.exp = m.floor, m.exp
+        self._whole = whole
+        self._pieces: dict[Table, tuple[Pieces, list[Any]]] = {}
 
     def div(self, a: Any, b: Any) -> Any:
         """a / b."""
@@ -157,6 +161,21 @@ class _Scalars:
     def le(self, e: Any, b: Any, v: Any, w: Any) -> Any:
         """v if e <= b, else w."""
         return v if e <= b else w
+
+    def table(self, u: Any, table: Table) -> Any:
+        """The value of a table."""
+        if table not in self._pieces:
+            made = table.in_numbers(self._whole)
+            self._pieces[table] = made, list(made.breaks)
+        pieces, breaks = self._pieces[table]
+        if pieces.period is not None:
+            u -= pieces.period[0] * self.m.floor((u - pieces.first[0]) / pieces.period[0])
+        place = (bisect_right if table.side > 0 else bisect_left)(breaks, u)
+        t = u - pieces.base[place]
+        total = self.m.zero
+        for c in reversed(pieces.coefficients):
+            total = total * t + c[place]
+        return total
 
     def _not_below(self, a: Any) -> Any:
         """What is not below 0."""

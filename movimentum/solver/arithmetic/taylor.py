@@ -17,6 +17,7 @@ import numpy as np
 from movimentum.arrays import BoolArray
 from movimentum.expressions import Expr, substitute, symbol, walk
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Table, piece_at
 from movimentum.planning.codegen.numeric import ON_ARRAYS
 
 Series = tuple[Any, ...]
@@ -122,12 +123,29 @@ class Taylor:
                 return self.quotient(a[0], a[1])
             case "le":
                 return self.chosen(self.below(a[0], a[1]), a[2], a[3])
+            case "table":
+                assert isinstance(payload, Table)
+                return self._tabled(payload, a[0])
             case "integral":
                 return self.integrated(ZERO, a[0])  # what it has come to so far is not asked here
             case "derivative":
                 return shifted(a[0])
             case _:
                 return self._by_its_derivative(op, payload, a)
+
+    def _tabled(self, table: Table, x: Series) -> Series:
+        """A table's piece on the side that time goes to, or comes from."""
+        pieces = table.pieces
+        if pieces.period is not None:
+            x = (x[0] - pieces.period[0] * np.floor((x[0] - pieces.first[0]) / pieces.period[0]), *x[1:])
+        low, high = piece_at(pieces, x[0], -1), piece_at(pieces, x[0], 1)
+        falls = self.below((ZERO, *x[1:]), (ZERO,)) if len(x) > 1 else np.asarray(table.side < 0)
+        place = high - (high - low) * falls  # a value at a break is in either of two pieces
+        t: Series = plus(x, (-pieces.base[place],))
+        total: Series = (pieces.coefficients[-1][place],)
+        for c in reversed(pieces.coefficients[:-1]):
+            total = plus(self.product(total, t), (c[place],))
+        return total
 
     def _by_its_derivative(self, op: str, payload: Hashable, a: Sequence[Series]) -> Series:
         """f(a) from its value and f' (the table's, by the rule of the chain): each coefficient of f'(a), which may

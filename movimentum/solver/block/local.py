@@ -10,8 +10,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.newton import newton
-from movimentum.solver.block.one_instant import OneInstant
+from movimentum.solver.block.newton import newton, newton_at
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.tolerances import RANK_FOR_VELOCITY, SINGULAR_ON_PATH
@@ -123,7 +122,7 @@ class Local:
         """Newton from core values ``x`` (n,) at an instant: where it ends (n,), and whether that is a solution."""
         problem = self.at(tau)
         if self.block.is_square and problem.sparse is None and len(x):
-            found = OneInstant(problem).corrected(x, ITERATIONS)
+            found = newton_at(problem, x, ITERATIONS)
             if found is not None:
                 return found
         outcome = newton(problem, x[None, :], iterations=ITERATIONS)

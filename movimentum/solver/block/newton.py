@@ -8,28 +8,28 @@ relative to the largest singular value.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Free, Newton
+from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error, scaled
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     LEFT_OF_RANDOM_MOTION,
-    NEWTON_ACROSS_DONE,
     NEWTON_LAST_STEP,
     NEWTON_SOLVED,
     NEWTON_STALLED,
     NEWTON_STEP_DONE,
+    QUADRATIC_CONVERGENCE,
     RANK_FOR_FREEDOM,
     RANK_OF_ROWS,
-    SINGULAR_ACROSS,
     START_EXACT,
 )
 
@@ -51,11 +51,11 @@ def step_of(
 ) -> FloatArray:
     """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular.
 
-    ``afar``: steps need not be more exact than to 1e-8 of their length, so that more rows than unknowns can be solved
-    by their normal equations, which takes a tenth of the time.
+    ``afar``: steps need not be more exact than to 1e-8 of their length, so that rows more or fewer than unknowns can be
+    solved by their normal equations, which takes a tenth of the time.
     """
     if residual.shape[1] == 0:
-        return np.zeros((len(residual), len(scale)))
+        return np.zeros((len(residual), scale.shape[-1]))
     rows, lengths = scaled(jacobian, scale)
     right = residual / lengths
     if square:
@@ -64,12 +64,13 @@ def step_of(
         except np.linalg.LinAlgError:
             pass
     finite = np.asarray(np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1), dtype=np.bool_)
-    result = np.full((len(rows), len(scale)), np.nan)
-    if afar and rows.shape[1] > rows.shape[2]:
+    result = np.full((len(rows), scale.shape[-1]), np.nan)
+    if afar and rows.shape[1] != rows.shape[2]:
         finite[_by_normal_equations(rows, right, scale, finite, result)] = False
     if finite.any():
         inverse = np.linalg.pinv(rows[finite], rcond=RANK_OF_ROWS)
-        result[finite] = -np.einsum("fnm,fm->fn", inverse, right[finite]) * scale
+        result[finite] = -np.einsum("fnm,fm->fn", inverse, right[finite])
+        result[finite] *= scale if scale.ndim == 1 else scale[finite]
     return result
 
 
@@ -79,8 +80,9 @@ def _by_normal_equations(
     """Set the steps ``result`` (F, n) of those instants among ``chosen`` (F,) whose rows (F, m, n) have full rank
     beyond doubt; returns which these are (F,).
     """
-    across = np.swapaxes(rows[chosen], 1, 2)
-    normal = across @ rows[chosen]
+    some = rows[chosen]
+    across, fewer = np.swapaxes(some, 1, 2), rows.shape[1] < rows.shape[2]
+    normal = some @ across if fewer else across @ some
     sound = np.zeros(len(rows), dtype=np.bool_)
     try:
         inverse = np.linalg.inv(normal)
@@ -88,18 +90,41 @@ def _by_normal_equations(
         return sound
     condition = np.linalg.norm(normal, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
     sound[chosen] = condition <= WELL_CONDITIONED
-    steps = -(inverse @ (across @ right[chosen][..., None]))[..., 0] * scale
+    one, other = (across, inverse) if fewer else (inverse, across)
+    steps = -(one @ (other @ right[chosen][..., None]))[..., 0] * (scale if scale.ndim == 1 else scale[chosen])
     result[sound] = steps[condition <= WELL_CONDITIONED]
     return sound
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NewtonResult:
-    """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual."""
+    """``x`` (F, n); ``converged`` (F,); ``error`` (F,) the last relative residual; ``last`` (F,) the size of the last
+    step, in units of the unknowns' scale; ``jacobian`` (F, m, n) at the end, None where it is not known.
+    """
 
     x: FloatArray
     converged: BoolArray
     error: FloatArray
+    last: FloatArray
+    jacobian: FloatArray | None = None
+
+    @staticmethod
+    def joined(parts: Sequence[NewtonResult]) -> NewtonResult:
+        """The results of several calls, one after the other."""
+        x, converged, error, last = (
+            np.concatenate(each)
+            for each in zip(*((one.x, one.converged, one.error, one.last) for one in parts), strict=True)
+        )
+        return NewtonResult(
+            x, converged, error, last, np.concatenate([p.jacobian for p in parts if p.jacobian is not None])
+        )
+
+
+def arrived(size: Any, before: Any) -> Any:
+    """Whether a step of that ``size``, in units of the unknowns' scale, is the last one: it is rounding, or so much
+    shorter than the one ``before`` that the next would be its square.
+    """
+    return (size <= NEWTON_STEP_DONE) | ((size <= NEWTON_LAST_STEP) & (size <= QUADRATIC_CONVERGENCE * before))
 
 
 def newton(
@@ -113,8 +138,8 @@ def newton(
     """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), and
     ``afar`` makes steps cheaper (see `step_of`), for starts from afar.
 
-    Stops where steps are below `NEWTON_STEP_DONE` or no longer shrink; converged means a relative residual below 1e-9
-    (near a singularity the step is no measure, the residual is).
+    Stops where steps have `arrived` or no longer shrink; converged means a relative residual below 1e-9 (near a
+    singularity the step is no measure, the residual is). What an instant comes to does not depend on the others.
     """
     x = np.array(start, dtype=np.float64)
     if problem.sparse is not None:
@@ -122,46 +147,96 @@ def newton(
     many = max(1, AT_ONCE // max(1, x.shape[1]) ** 2)
     if len(x) > many:
         parts = [np.arange(first, min(first + many, len(x))) for first in range(0, len(x), many)]
-        found = [
-            newton(problem.at(part, len(x)), x[part], iterations=iterations, limit=limit, afar=afar) for part in parts
-        ]
-        return NewtonResult(
-            np.concatenate([one.x for one in found]),
-            np.concatenate([one.converged for one in found]),
-            np.concatenate([one.error for one in found]),
+        return NewtonResult.joined(
+            [newton(problem.at(part, len(x)), x[part], iterations=iterations, limit=limit, afar=afar) for part in parts]
         )
-    scale, square = problem.scale, problem.block.is_square
-    last, before = np.full(len(x), np.inf), np.full(len(x), np.inf)
-    going = np.ones(len(x), dtype=np.bool_)  # what has arrived moves no more: no instant depends on the others
+    square = problem.block.is_square
+    before, last = np.full(len(x), np.inf), np.full(len(x), np.inf)
     with np.errstate(all="ignore"):
-        some, places = problem, np.arange(len(x))
-        y, residual = x, problem.residual(x)
+        some, places, going = problem, np.arange(len(x)), np.ones(len(x), dtype=np.bool_)
+        y, residual, earlier = x, problem.residual(x), last
         for done in range(1, iterations + 1):
             jacobian = some.jacobian(y)
             if done == 1 and square:
-                before = relative_error(residual, jacobian, scale)
-            step = step_of(jacobian, residual, scale, square, afar=afar)
-            size = np.max(np.abs(step) / scale, axis=1, initial=0.0)
+                before = relative_error(residual, jacobian, some.scale)
+            step = step_of(jacobian, residual, some.scale, square, afar=afar)
+            size = np.max(np.abs(step) / some.scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, LEAST_DIVISOR))[:, None]
             moved = going & np.isfinite(step).all(axis=1)
             y = np.where(moved[:, None], y + np.where(moved[:, None], step, 0.0), y)
             x[places] = y
-            going &= ~(size <= NEWTON_STEP_DONE)
+            last[places] = np.where(going, size, last[places])
+            going &= ~arrived(size, earlier)
             if done > 3 and limit is None:
-                going &= ~((size >= 0.5 * last) & (size < NEWTON_STALLED))
+                going &= ~((size >= 0.5 * earlier) & (size < NEWTON_STALLED))
             if not going.any():
                 break
-            last = size
+            earlier = size
             if 2 * np.count_nonzero(going) <= len(going):  # the rest is left out
-                places, y, last, going = places[going], y[going], last[going], going[going]
+                places, y, earlier, going = places[going], y[going], earlier[going], going[going]
                 some = problem.at(places, len(x))
             residual = some.residual(y)
-        error = relative_error(problem.residual(x), problem.jacobian(x), scale)
-        moved = np.max(np.abs(x - start) / scale, axis=1, initial=0.0)
+        jacobian = problem.jacobian(x)
+        error = relative_error(problem.residual(x), jacobian, problem.scale)
+        moved = np.max(np.abs(x - start) / problem.scale, axis=1, initial=0.0)
         kept = (before <= START_EXACT) & ~(moved <= ASTRAY * before)
         x[kept], error[kept] = start[kept], before[kept]
-    return NewtonResult(x, np.isfinite(error) & (error <= NEWTON_SOLVED), error)
+    return NewtonResult(x, _solved(error), error, last, jacobian)
+
+
+def newton_across(problem: BlockProblem, start: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """`newton` for V variants: where it ends (V, n), whether that is beyond doubt a solution (V,), and the determinant
+    (V,) of the Jacobian with rows and unknowns of size one.
+    """
+    found = newton(problem, start, iterations=8)
+    assert found.jacobian is not None
+    rows, _ = scaled(found.jacobian, problem.scale)
+    determinant = np.asarray(np.linalg.det(np.nan_to_num(rows)), dtype=np.float64)
+    return found.x, found.converged & (found.last <= NEWTON_LAST_STEP), determinant
+
+
+def newton_at(problem: BlockProblem, start: FloatArray, iterations: int) -> tuple[FloatArray, bool] | None:
+    """`newton` for a square block at one instant, from core values ``start`` (n,), in plain floats: where it ends and
+    whether that is a solution; None where floats cannot tell, because something is divided by zero or the Jacobian is
+    singular.
+
+    Following a path asks for one pose after the other. For a few unknowns, arrays of length one cost ten times as much
+    as floats, whose arithmetic is the same to the last bit.
+    """
+    block, scale = problem.block, problem.scale
+    assert block.residual is not None
+    assert block.jacobian is not None
+    given = {n: first_of(value) for n, value in problem.inputs.items()}
+    clocks: list[Any] = [first_of(clock) for clock in problem.clocks]
+    places = tuple(np.array(block.entries, dtype=np.intp).reshape(-1, 2).T)
+    x, before, last, left = start, np.inf, np.inf, iterations
+    try:
+        with np.errstate(all="ignore"):
+            while True:
+                values: dict[int, Any] = {**given, **dict(zip(block.core, x.tolist(), strict=True))}
+                wide = np.zeros((len(x), len(x)))
+                wide[places] = block.jacobian(values, clocks)
+                wide *= scale
+                residual = np.array(block.residual(values, clocks), dtype=np.float64)
+                if not left or arrived(last, before):
+                    break
+                left -= 1
+                charge()
+                lengths = np.sqrt(np.einsum("mn,mn->m", wide, wide))
+                step = np.asarray(np.linalg.solve(wide / lengths[:, None], residual / lengths), dtype=np.float64)
+                before, last = last, float(np.max(np.abs(step)))
+                if not last < np.inf or not lengths.all():
+                    return None
+                x = x - step * scale
+            error = np.max(np.abs(residual) / np.maximum(np.max(np.abs(wide), axis=1), LEAST_DIVISOR))
+    except (ZeroDivisionError, OverflowError, np.linalg.LinAlgError):
+        return None
+    return x, bool(error <= NEWTON_SOLVED)
+
+
+def _solved(error: FloatArray) -> BoolArray:
+    return np.isfinite(error) & (error <= NEWTON_SOLVED)
 
 
 def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit: float | None) -> NewtonResult:
@@ -172,7 +247,7 @@ def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit:
         one = problem.at(np.array([f]), len(x))
         x[f], off, _ = chord_newton(one, x[f], iterations, None if limit is None else limit * size)
         error[f] = off
-    return NewtonResult(x, np.isfinite(error) & (error <= NEWTON_SOLVED), error)
+    return NewtonResult(x, _solved(error), error, np.full(len(x), np.nan))
 
 
 def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
@@ -219,52 +294,3 @@ def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
     good = (last <= NEWTON_LAST_STEP) & ~far
     x[:, ~good] = start[:, ~good]
     return good
-
-
-def newton_across(
-    block: Newton,
-    state: State,
-    clocks: Sequence[FloatArray],
-    x: FloatArray,
-    scale: FloatArray,
-    iterations: int = 8,
-) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """Newton's method for V variants at one instant each, from core values ``x`` (V, n): where it ends, whether that is
-    a solution (V,), and the determinant (V,) of the Jacobian with rows and unknowns of size one.
-
-    ``state`` holds the inputs, numbers or (V, 1).
-    """
-    assert block.residual is not None
-    assert block.jacobian is not None
-    count, size = x.shape
-    rows = len(block.residuals)
-    inner: State = list(state)
-    converged = np.zeros(count, dtype=np.bool_)
-    determinant = np.zeros(count)
-    for _ in range(iterations):
-        for j, n in enumerate(block.core):
-            inner[n] = x[:, j : j + 1]
-        residual = np.empty((count, rows))
-        jacobian = np.zeros((count, rows, size))
-        for i, value in enumerate(block.residual(inner, clocks)):
-            residual[:, i : i + 1] = value
-        for (i, j), value in zip(block.entries, block.jacobian(inner, clocks), strict=True):
-            jacobian[:, i, j : j + 1] = value
-        jacobian *= scale[:, None]
-        lengths = np.sqrt(np.einsum("vij,vij->vi", jacobian, jacobian))
-        jacobian /= np.maximum(lengths, LEAST_DIVISOR)[..., None]
-        residual /= np.maximum(lengths, LEAST_DIVISOR)
-        determinant = np.asarray(np.linalg.det(np.nan_to_num(jacobian)))
-        able = (
-            (np.abs(determinant) > SINGULAR_ACROSS)
-            & np.isfinite(residual).all(axis=1)
-            & np.isfinite(jacobian).all(axis=(1, 2))
-        )
-        matrix = np.where(able[:, None, None], jacobian, np.eye(size))
-        step = np.linalg.solve(matrix, np.where(able[:, None], residual, 0.0)[..., None])[..., 0]
-        moved = np.max(np.abs(step), axis=1)
-        x = x - step * scale
-        converged = able & (np.max(np.abs(residual), axis=1) <= NEWTON_ACROSS_DONE) & (moved <= NEWTON_ACROSS_DONE)
-        if (converged & (moved <= 10.0 * NEWTON_STEP_DONE) | ~able).all():
-            break
-    return x, converged, determinant

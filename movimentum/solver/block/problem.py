@@ -20,7 +20,7 @@ Values = Mapping[int, FloatArray]
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockProblem:
     """The rows of ``block`` at F instants: ``inputs`` are the values that it reads of earlier blocks, ``clocks`` (F,)
-    each, ``scale`` (n,) the natural sizes of its n core unknowns.
+    each, ``scale`` (n,) the natural sizes of its n core unknowns; (F, n) where the "instants" are variants.
 
     Core values ``x`` are (F, n) throughout. Nothing that is passed in is ever written to.
     """
@@ -52,7 +52,9 @@ class BlockProblem:
     def at(self, places: NDArray[np.int64], count: int) -> BlockProblem:
         """Some of ``count`` instants."""
         inputs = {n: np.broadcast_to(value, count)[places] for n, value in self.inputs.items()}
-        return replace(self, inputs=inputs, clocks=[np.broadcast_to(clock, count)[places] for clock in self.clocks])
+        clocks = [np.broadcast_to(clock, count)[places] for clock in self.clocks]
+        scale = self.scale if self.scale.ndim == 1 else self.scale[places]
+        return replace(self, inputs=inputs, clocks=clocks, scale=scale)
 
     def values(self, x: FloatArray) -> dict[int, FloatArray]:
         """The inputs and the core, by unknown number."""

@@ -14,12 +14,12 @@ from movimentum.tolerances import LEAST_DIVISOR, RANK_OF_ROWS, WISH_DIRECTION_FO
 class Damping:
     """How `damped` bounds what it finds. ``weak``: of the strongest direction, how much weaker another may be and still
     be followed exactly; ``near``: wanted in a weak direction, more than this is damped the more; ``far``: wanted and
-    not to be had, it counts for no more than this.
+    not to be had, it counts for no more than this. Of several systems, ``near`` and ``far`` are (…, 1).
     """
 
     weak: float = 0.2
-    near: float = np.inf
-    far: float = np.inf
+    near: float | FloatArray = np.inf
+    far: float | FloatArray = np.inf
 
 
 SLIGHT = 0.5
@@ -45,7 +45,8 @@ def damped(
     moves: FloatArray | None = None,
     slopes: FloatArray | None = None,
 ) -> FloatArray:
-    """The y (p,) with ``reach`` y = ``want`` for a symmetric matrix (p, p), damped in its weak directions.
+    """The y (p,) with ``reach`` y = ``want`` for a symmetric matrix (p, p), damped in its weak directions; or (…, p)
+    for several.
 
     Directions that are strong are followed exactly. Where a direction loses its strength (an arm that comes to be
     stretched) damping sets in smoothly, so that speeds stay bounded (Nakamura & Hanafusa 1986, J. Dyn. Syst. Meas.
@@ -60,36 +61,37 @@ def damped(
     What is wanted in a lost direction shows in the others, by as much as rounding turns these. That is left out: it
     would grow where a straight chain is pushed along its line, or a bar turned away from its wish, and choose a side.
     """
-    if not len(reach):
+    if not want.shape[-1]:
         return want
     squares, directions = np.linalg.eigh(reach)
-    largest = float(np.max(squares, initial=0.0))
-    if not largest > 0.0:
-        return np.zeros_like(want)
+    across = np.swapaxes(directions, -1, -2)
+    largest = np.maximum(squares[..., -1:], 0.0)
     squares = np.maximum(squares, 0.0)
-    part = squares / largest
+    part = squares / np.maximum(largest, LEAST_DIVISOR)
     if moves is not None and slopes is not None:
-        promised = np.linalg.norm(directions.T @ slopes, axis=1) * np.max(np.abs(moves @ directions), axis=0)
+        promised = np.linalg.norm(across @ slopes, axis=-1) * np.max(np.abs(moves @ directions), axis=-2)
         part = np.minimum(part, np.square(squares / (SLIGHT * np.maximum(promised, LEAST_DIVISOR))))
-    wanted = directions.T @ want
+    wanted = (across @ want[..., None])[..., 0]
     edge = damping.weak**2
     added = np.hypot(edge, wanted / damping.near) * np.maximum(1.0 - part / edge, 0.0) ** 2
     known = np.clip((np.sqrt(part) - WISH_DIRECTION_LOST) / (WISH_DIRECTION_FOUND - WISH_DIRECTION_LOST), 0.0, 1.0)
     gains = known**2 * (3.0 - 2.0 * known) * part / np.maximum(part + added, LEAST_DIVISOR)
     left = np.square(wanted * (1.0 - gains))
-    elsewhere = np.sqrt(np.maximum(np.sum(left) - left, 0.0))
+    elsewhere = np.sqrt(np.maximum(np.sum(left, axis=-1, keepdims=True) - left, 0.0))
     told = np.abs(wanted) > WISH_ROUNDING * elsewhere
     followed = gains * np.where(told, wanted, 0.0) * np.minimum(1.0, damping.far / np.maximum(elsewhere, LEAST_DIVISOR))
-    return np.asarray(directions @ (followed / np.maximum(squares, LEAST_DIVISOR)), dtype=np.float64)
+    found = (directions @ (followed / np.maximum(squares, LEAST_DIVISOR))[..., None])[..., 0]
+    return np.where(largest > 0.0, found, 0.0)
 
 
 def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The Jacobian with unknowns in units of ``scale`` and rows of unit length, and those rows' lengths (F, m).
+    """The Jacobian with unknowns in units of ``scale`` (n,) or (F, n) and rows of unit length, and those rows' lengths
+    (F, m).
 
     Counted as one linearization (see `solver.basis.effort`).
     """
     charge()
-    wide = jacobian * scale
+    wide = jacobian * scale[..., None, :]
     lengths = np.sqrt(np.einsum("fmn,fmn->fm", wide, wide))
     lengths = np.where(lengths > 0.0, lengths, 1.0)
     return wide / lengths[..., None], lengths
@@ -99,7 +101,7 @@ def relative_error(residual: FloatArray, jacobian: FloatArray, scale: FloatArray
     """(F,) largest residual, each row in units of its own gradient over unknowns of size ``scale``."""
     if residual.shape[1] == 0:
         return np.zeros(len(residual))
-    wide = np.abs(jacobian) * scale
+    wide = np.abs(jacobian) * scale[..., None, :]
     return np.max(np.abs(residual) / np.maximum(wide.max(axis=2, initial=0.0), LEAST_DIVISOR), axis=1)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -22,16 +22,35 @@ HOPELESS = 1000
 """Where so many times `MAXIMAL_NODES` would be needed, as many as there may be show no more than a few do."""
 
 
+def first_nodes(begin: float, end: float) -> FloatArray:
+    """The nodes of a path before anything is known of it, at odd places, so that a periodic motion is not sampled in
+    step.
+    """
+    tau = np.linspace(begin, end, INITIAL_INTERVALS + 1)
+    tau[1:-1] += 0.2 * np.sin(2.399963 * np.arange(1, INITIAL_INTERVALS)) * (end - begin) / INITIAL_INTERVALS
+    return tau
+
+
+def splits(tau: FloatArray, change: FloatArray, limit: float) -> BoolArray:
+    """Which intervals of ``tau`` are split, because something changes in them by more than ``limit``."""
+    return (np.abs(change) > limit) & (np.diff(tau) > FINEST * (tau[-1] - tau[0]))
+
+
+def between(tau: FloatArray, change: FloatArray, limit: float, split: BoolArray) -> FloatArray:
+    """The times that split the intervals ``split`` of ``tau``, so that no ``change`` is larger than ``limit``."""
+    steps = np.diff(tau)[split]
+    parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
+    of = np.repeat(np.arange(len(parts)), parts - 1)
+    inside = np.arange(1, len(of) + 1) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1)
+    return tau[:-1][split][of] + steps[of] * inside / parts[of]
+
+
 class Grid:
     """Nodes, and the state at them of all blocks followed so far; ``circles``: those of dyads, by block number."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.tau = np.linspace(path.begin, path.end, INITIAL_INTERVALS + 1)
-        if len(self.tau) > 2:  # nodes at odd places, so that a periodic motion is not sampled in step
-            inner = np.arange(1, INITIAL_INTERVALS)
-            shift = 0.2 * np.sin(2.399963 * inner) * (path.end - path.begin) / INITIAL_INTERVALS
-            self.tau[1:-1] += shift
+        self.tau = first_nodes(path.begin, path.end)
         self.state: State = [None] * len(path.plan.system.unknowns)
         self.instants: Instants = path.instants(self.tau)
         self.circles: dict[int, Circles] = {}
@@ -53,17 +72,13 @@ class Grid:
 
     def refine(self, change: FloatArray, limit: float) -> bool:
         """Split every interval over which something changes by more than ``limit``; True if any was split."""
-        steps = np.diff(self.tau)
-        split = (np.abs(change) > limit) & (steps > FINEST * (self.path.end - self.path.begin))
+        split = splits(self.tau, change, limit)
         if not split.any():
             return False
         if len(self.tau) >= MAXIMAL_NODES or np.sum(np.abs(change[split])) > HOPELESS * MAXIMAL_NODES * limit:
             self.path.resolved = False
             return False
-        parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
-        of = np.repeat(np.arange(len(parts)), parts - 1)
-        inside = np.arange(1, len(of) + 1) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1)
-        more = self.tau[:-1][split][of] + steps[split][of] * inside / parts[of]
+        more = between(self.tau, change, limit, split)
         self.insert(more[: MAXIMAL_NODES - len(self.tau)])
         return True
 

@@ -31,7 +31,7 @@ def first_pole(path: Path, block: Integral, low: FloatArray, high: FloatArray) -
         width = b - a
         # beside the pole itself quadrature may happen to settle, by symmetry
         place = _steepest(path, block, max(path.begin, a - 2.0 * width), min(path.end, b + 2.0 * width))
-        side = 1.0 if path.end - place > place - path.begin else -1.0  # where there is more of the animation
+        side = 1.0 if path.end - place > place - path.begin else -1.0  # where there is more of the film
         at = place + side * width * np.array([NEAR, 2.0 * NEAR, FAR, 2.0 * FAR])
         one, two, three, four = _values(path, block, at)
         near, far = abs(one - two), abs(three - four)  # differences know nothing of what is added to the pole

@@ -7,28 +7,30 @@ So what a block computes broadcasts to (V, T), and an ordinary script is one var
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lift:
     """Makes code and formulas read the constants that vary: ``formula`` of one expression, ``code`` of several; the
-    ``plan`` that the blocks are of.
+    ``plan`` that the blocks are of; ``constants``: their numbers in the state.
     """
 
     plan: Plan
+    constants: frozenset[int]
     formula: Callable[[Expr], Expr]
     code: Callable[[Sequence[Expr]], Compiled]
 
@@ -44,17 +46,28 @@ class LoopEnds:
     lost: BoolArray
 
 
+class Again(Protocol):
+    """Solves the blocks that block ``number`` depends on (and ``itself``), for the variants ``who`` (N,) at offsets
+    ``tau`` (N, T).
+    """
+
+    def __call__(self, number: int, tau: FloatArray, who: IntArray, *, itself: bool = False) -> Across:
+        """See the class."""
+        ...
+
+
 @dataclass(slots=True, eq=False)
 class Across:
     """What is solved: the ``state`` by unknown number, then the constants that vary (None, a number, or an array that
     broadcasts to (V, T)), at ``instants`` whose arrays are (T,) or (V, T), for scenes of ``size`` (V,).
 
     ``path``: the instants are a whole path, from the beginning on; else they are near to one another. ``quadrature``:
-    between each two of the instants that count are those of `integral.with_points`.
+    between each two of the instants that count are those of `integral.with_points`. ``again``: solves what comes before
+    a block at other instants; ``nodes``: those of a free motion (V, K), and how many of them count (V,).
 
     ``before``: what continuous angles and integrals were (by unknown, (V,) or a number). What comes of it: ``margins``
-    of quadratic blocks and the ``ends`` of loops, by block; ``turned`` (V,) the largest turn between two instants, in
-    degrees; ``rough`` (V,): an integral is not as exact as it has to be.
+    of quadratic blocks, the ``ends`` of loops and the ``tracks`` of free motions, by block; ``turned`` (V,) the largest
+    turn between two instants, in degrees; ``rough`` (V,): something integrated is not as exact as it has to be.
     """
 
     plan: Plan
@@ -64,8 +77,11 @@ class Across:
     before: dict[int, Any] = field(default_factory=dict[int, Any])
     path: bool = False
     quadrature: bool = False
+    again: Again | None = None
+    nodes: tuple[FloatArray, IntArray] | None = None
     margins: dict[int, Any] = field(default_factory=dict[int, Any])
     ends: dict[int, LoopEnds] = field(default_factory=dict[int, LoopEnds])
+    tracks: dict[int, Any] = field(default_factory=dict[int, Any])
     turned: FloatArray = field(init=False)
     rough: BoolArray = field(init=False)
 
@@ -81,6 +97,31 @@ class Across:
     def scale(self, block: Block) -> FloatArray:
         """(V, n) the natural sizes of a block's core."""
         return scale_of(self.plan, block.core, self.size)
+
+
+def problem_at(run: Across, block: Newton, place: int, scale: FloatArray | None = None) -> BlockProblem:
+    """The equations of a lifted block for all variants at the instant ``place``; ``scale`` is that of its core."""
+
+    def there(value: Any) -> FloatArray:
+        return np.ravel(np.asarray(column(value, place), dtype=np.float64))
+
+    inputs = {n: there(value) for n in block.inputs if (value := run.state[n]) is not None}
+    return BlockProblem(
+        block, inputs, [there(clock) for clock in run.instants.clocks], run.scale(block) if scale is None else scale
+    )
+
+
+def problem_of(run: Across, block: Newton) -> BlockProblem:
+    """The equations of a lifted block for all variants at all instants, one after the other."""
+    shape = run.shape
+    count = shape[0] * shape[1]
+
+    def every(value: Any) -> FloatArray:
+        return np.broadcast_to(value, shape).reshape(count)
+
+    inputs = {n: every(value) for n in block.inputs if (value := run.state[n]) is not None}
+    clocks = [every(clock) for clock in run.instants.clocks]
+    return BlockProblem(block, inputs, clocks, np.repeat(run.scale(block), shape[1], axis=0))
 
 
 def column(value: Any, place: int) -> Any:

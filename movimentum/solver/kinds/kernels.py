@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import BoolArray
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -21,6 +21,7 @@ from movimentum.planning.blocks.kinds import (
     Velocity,
     Winding,
 )
+from movimentum.planning.lowering.calculus import phases_of
 from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
@@ -98,8 +99,10 @@ def lifted(block: Block, lift: Lift) -> Block:
     """A block whose code reads the constants that vary; `NotImplementedError` for a kind that cannot be lifted."""
     given = tuple((n, lift.formula(root)) for n, root in block.given)
     formulas = tuple((n, lift.formula(root)) for n, root in block.formulas)
-    phases = list(dict.fromkeys(angle for angle in _angles(formulas) if angle.value is None))
+    nodes = walk(*(root for _, root in formulas))
+    phases = list(dict.fromkeys(phase for node in nodes for phase in phases_of(node) if phase.value is None))
     common: dict[str, Any] = {
+        "inputs": block.inputs | lift.constants,
         "given": given,
         "explicit": lift.code([root for _, root in given]) if given else None,
         "formulas": formulas,
@@ -108,11 +111,6 @@ def lifted(block: Block, lift: Lift) -> Block:
         "identity": 0,
     }
     return replace(block, **common, **KERNELS[type(block)].lifted(block, lift))
-
-
-def _angles(formulas: Sequence[tuple[int, Expr]]) -> Iterator[Expr]:
-    roots = [root for _, root in formulas]
-    return (node.args[0] for node in walk(*roots) if node.op in ("sind", "cosd", "tand"))
 
 
 def across(run: Across, block: Block, choice: Any = 1.0) -> None:

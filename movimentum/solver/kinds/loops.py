@@ -10,9 +10,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Newton
-from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import Across, LoopEnds, column
+from movimentum.solver.kinds.across import Across, LoopEnds, problem_at
 from movimentum.tolerances import SMALL_LOOP_CORRECTION
 
 LARGEST_STEP = 0.25
@@ -34,15 +33,9 @@ def follow_loop(run: Across, block: Newton, core: FloatArray) -> LoopEnds:
     path = np.empty((many, count, unknowns))
     determinants = np.zeros((many, count))
     end = np.full(count, many)
-    reads = [n for n in block.inputs if state[n] is not None]
-    unknown = len(run.plan.system.unknowns)
-    inner: State = [*[None] * unknown, *state[unknown:]]
     for k in range(many):
-        for n in reads:
-            inner[n] = column(state[n], k)
-        clocks = [clock[k : k + 1] for clock in instants.clocks]
         guess = core if k == 0 else _predicted(path, instants.tau, k)
-        x, converged, determinants[k] = newton_across(block, inner, clocks, guess, scale)
+        x, converged, determinants[k] = newton_across(problem_at(run, block, k, scale), guess)
         counts = converged
         if k:
             moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)

@@ -31,6 +31,7 @@ from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, 
 from movimentum.solver.free.velocity import FreeVelocity, field_of
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.free_paths import free_across, lifted_free
 from movimentum.solver.kinds.loops import follow_loop
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
 from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP
@@ -212,20 +213,27 @@ class NewtonKernel(Kernel[Newton]):
         return track
 
     def lifted(self, block: Newton, lift: Lift) -> dict[str, Any]:
-        """The equations and their slopes."""
-        if not block.is_square:
-            raise NotImplementedError("blocks with freedom left")
+        """The equations and their slopes; of a free block, its wishes and its anchors' places too."""
+        more: dict[str, Any] = {}
+        if isinstance(block, Free):
+            more = lifted_free(block, lift)
+        elif not block.is_square:
+            raise NotImplementedError("blocks with redundant equations")
         residuals, slopes = tuple(map(lift.formula, block.residuals)), tuple(map(lift.formula, block.slopes))
         return {
             "residuals": residuals,
             "slopes": slopes,
             "residual": lift.code(residuals),
             "jacobian": lift.code(slopes),
+            **more,
         }
 
     def across(self, run: Across, block: Newton, choice: Any) -> None:
-        """Follow the loop from the core ``choice`` (V, n)."""
-        run.ends[block.number] = follow_loop(run, block, choice)
+        """Follow the loop or the free motion from the core ``choice`` (V, n), or along its track."""
+        if isinstance(block, Free):
+            free_across(run, block, choice)
+        else:
+            run.ends[block.number] = follow_loop(run, block, choice)
 
     def evaluate(self, path: Path, block: Newton, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution."""

@@ -110,8 +110,8 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
-        seeds = _seeds(first)
-        scattered = _scattered(plan, block, first, scale, seeds)
+        seeds = seeds_of(first)
+        scattered = scattered_starts(plan, block, first, scale, seeds)
         outcome = newton(problem.first(seeds), scattered, iterations=60, limit=0.5, afar=True)
         ends = np.concatenate([outcome.x, ends])
         effort += NEWTON_EFFORT
@@ -138,12 +138,12 @@ def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
     return found
 
 
-def _seeds(first: FloatArray) -> int:
+def seeds_of(first: FloatArray) -> int:
     """How many starts to try from."""
     return max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
 
 
-def _scattered(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
+def scattered_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
     """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where they were."""
     generator = np.random.default_rng(20121)
     starts = np.repeat(first[None], seeds, axis=0)
@@ -167,7 +167,7 @@ def _of_any_size(plan: Plan, block: Newton, scale: FloatArray) -> FloatArray | N
     if any(plan.system.unknowns[n].thing is not None for n in block.core):
         return None
     generator = np.random.default_rng(20122)
-    seeds = _seeds(scale)
+    seeds = seeds_of(scale)
     sizes = (
         scale
         * 10.0 ** generator.uniform(-3.0, 0.5, (seeds, 1))

@@ -11,9 +11,10 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.meeting import solutions_meet
 from movimentum.solver.start.costs import squared
 from movimentum.solver.start.rejections import Rejection
-from movimentum.tolerances import INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
+from movimentum.tolerances import INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
 
 
 class Judgements:
@@ -71,11 +72,18 @@ class Judgements:
                 value = np.broadcast_to(self.plan.selectors[i](self.state, self.clocks)[0], 2)
                 # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
                 meets = abs(value[0]) <= tolerance
-                least = STRICTLY_BEYOND * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
+                beyond = STRICTLY_BEYOND
+                if abs(value[0]) <= INEQUALITY_BLURRED * self.plan.size and self._meeting(i):
+                    meets, beyond, value = True, 1.0, np.array([0.0, value[1]])
+                least = beyond * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
                 if not value[0] >= -tolerance or (meets and not value[1] >= least):
                     self.decisive.add(i)
                     return Rejection(float(value[0]), selector=i)
         return None
+
+    def _meeting(self, i: int) -> bool:
+        """Whether selector ``i`` reads what is found where two solutions meet: rounding hides how it stands."""
+        return solutions_meet(self.plan, symbol_numbers(self.plan.system.selectors[i].value), self.state, self.clocks)
 
     def read_by(self, refused: Rejection) -> set[int]:
         """The unknowns that the inequality or the redundant equation reads which turned something down."""

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.solver.block.change_points import find_events
+from movimentum.solver.block.meeting import solutions_meet
 from movimentum.solver.path.piece import Piece
-from movimentum.tolerances import DISCRIMINANT_ZERO, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_LATER
+from movimentum.tolerances import DISCRIMINANT_ZERO, INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_LATER
 
 
 def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
@@ -38,13 +40,39 @@ def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
             values = np.broadcast_to(function(state, instants.clocks)[0], len(nodes)) / plan.size + INEQUALITY_MET
             if np.nanmin(values) > 0.3 * (np.nanmax(values) - np.nanmin(values)):
                 continue
-            below = np.nonzero(~(values >= -DISCRIMINANT_ZERO))[0]
-            seen = slice(0, int(below[0]) + 1 if len(below) else None)  # what rounding decides may have many gaps
-            for low, _ in find_events(slack, nodes[seen], values[seen]).gaps:
-                if low < horizon and (best is None or low < best[1]):
-                    before = nodes[nodes < low]
-                    best = i, _crossing(slack, float(before[-1]) if len(before) else low, low)
+            low = _first_gap(piece, i, slack, nodes, values)
+            if low is not None and low < horizon and (best is None or low < best[1]):
+                before = nodes[nodes < low]
+                best = i, _crossing(slack, float(before[-1]) if len(before) else low, low)
     return best
+
+
+def _first_gap(
+    piece: Piece, i: int, slack: Callable[[FloatArray], FloatArray], nodes: FloatArray, values: FloatArray
+) -> float | None:
+    """Where inequality ``i`` is violated first, its ``slack`` known as ``values`` at the ``nodes``."""
+    values = values.copy()
+    while True:
+        below = np.nonzero(~(values >= -DISCRIMINANT_ZERO))[0]
+        seen = slice(0, int(below[0]) + 1 if len(below) else None)  # what rounding decides may have many gaps
+        gaps = find_events(slack, nodes[seen], values[seen]).gaps
+        first = min((low for low, high in gaps if not _blurred(piece, i, slack, low, high)), default=None)
+        if first is not None or not len(below):
+            return first
+        values[below[0]] = INEQUALITY_MET  # it is just met there; what comes after that is looked at
+
+
+def _blurred(piece: Piece, i: int, slack: Callable[[FloatArray], FloatArray], low: float, high: float) -> bool:
+    """Whether inequality ``i`` seems violated in [``low``, ``high``] by rounding only: two solutions meet there."""
+    points = np.linspace(low, high, 5)
+    if not (slack(points) >= -INEQUALITY_BLURRED).all():
+        return False
+    unknowns = symbol_numbers(piece.plan.system.selectors[i].value)
+    for tau in points:
+        instants = piece.instants(np.array([tau]))
+        if not solutions_meet(piece.plan, unknowns, piece.evaluate(instants)[0], instants.clocks):
+            return False
+    return True
 
 
 def _crossing(slack: Callable[[FloatArray], FloatArray], good: float, bad: float) -> float:

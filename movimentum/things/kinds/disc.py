@@ -22,4 +22,5 @@ DISC = ThingKind(
     own=Round,
     filled=True,
     plain=False,
+    cuts=True,
 )

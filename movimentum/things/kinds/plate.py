@@ -16,4 +16,5 @@ PLATE = ThingKind(
     link=True,
     supported=True,
     filled=True,
+    cuts=True,
 )

@@ -15,4 +15,5 @@ POLYGON = ThingKind(
     link=True,
     supported=True,
     filled=True,
+    cuts=True,
 )

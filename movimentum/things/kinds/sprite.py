@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import HIDDEN, JOINTS, LAYER, OPACITY, OptionForm, OptionRule, flag
+from movimentum.things.options import CLIP, HIDDEN, JOINTS, LAYER, OPACITY, OptionForm, OptionRule, flag
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,15 @@ SPRITE = ThingKind(
     place=0,
     called="a picture",
     anchors=0,
-    options=(LAYER, OptionRule("scale", OptionForm.POSITIVE, "the scale"), flag("topleft"), HIDDEN, OPACITY, *JOINTS),
+    options=(
+        LAYER,
+        OptionRule("scale", OptionForm.POSITIVE, "the scale"),
+        flag("topleft"),
+        HIDDEN,
+        OPACITY,
+        *JOINTS,
+        CLIP,
+    ),
     own=SpriteImage,
     ink=(255, 255, 255),
     plain=False,

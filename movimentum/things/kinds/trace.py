@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import CAP, DASH, LINED, WHOLE, OptionForm, OptionRule
+from movimentum.things.options import (
+    CAP,
+    COLOR,
+    DASH,
+    HIDDEN,
+    LAYER,
+    OPACITY,
+    WHOLE,
+    WIDTH,
+    OptionForm,
+    OptionRule,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +31,17 @@ TRACE = ThingKind(
     place=15,
     anchors=None,
     points=(1, 1),
-    options=(*LINED, DASH, CAP, WHOLE, OptionRule("tail", OptionForm.POSITIVE, "how long a trace lasts")),
+    options=(
+        COLOR,
+        WIDTH,
+        LAYER,
+        HIDDEN,
+        OPACITY,
+        DASH,
+        CAP,
+        WHOLE,
+        OptionRule("tail", OptionForm.POSITIVE, "how long a trace lasts"),
+    ),
     own=Track,
     width=1.6,
     accented=True,

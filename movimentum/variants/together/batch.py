@@ -22,6 +22,7 @@ from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAS
 from movimentum.variants.lowered import FrameMoments, LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
+from movimentum.variants.together.choosing import began_with
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
 from movimentum.variants.together.pattern import (
     NotTogether,
@@ -175,7 +176,7 @@ class Batch:
             beginning = VariantBeginning(places, segment, carried, size)
             angles = beginning.angles_before()
             if not segment.continues:
-                began = beginning.began()
+                began = began_with(beginning)
                 choices = began.choices
                 course.unsure |= began.unsure & (outcomes == 0)
                 if carried is not None:
@@ -245,7 +246,7 @@ class Batch:
                 if seen.all():
                     break
                 resume = np.where(seen, resume, np.minimum(tau + 2.0 * (resume - tau), length))
-            began = VariantBeginning(places, segment, there, size, resume).began()
+            began = began_with(VariantBeginning(places, segment, there, size, resume))
         ends = np.zeros(len(times), dtype=np.bool_)
         ends[some] = began.none & ~began.unsure
         return ends

@@ -1,39 +1,32 @@
-"""Where many variants begin: which of several solutions, decided as `solver.start.search` decides.
-
-All combinations of signs are tried for all variants at once, block by block; inequalities turn combinations down as
-soon as they can be judged, and among what is left the least cost decides (`solver.start.costs`). A variant for which
-that is a close call is left to be solved by itself.
-"""
+"""Where many variants begin: the state at two instants, what each block can be there, and what is known before."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from movimentum import tolerances
-from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.planning.blocks.kinds import Free, Newton
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.records import dataclass
-from movimentum.scene.model import Anonymous, Bearing, ThingAngle, VariableComponent
+from movimentum.scene.model import Bearing, ThingAngle
 from movimentum.solver.block.closed_form import fill_explicit
-from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import column
+from movimentum.solver.block.newton import newton, newton_across
+from movimentum.solver.kinds.across import column, problem_at
+from movimentum.solver.kinds.free_paths import places_of
+from movimentum.solver.kinds.free_start import FreeStart, TurnAcross, free_wishes
 from movimentum.solver.kinds.kernels import across
-from movimentum.solver.start.costs import TURN
+from movimentum.solver.solutions.newton_starts import scattered_starts, seeds_of
 from movimentum.solver.start.judgements import Judgements
-from movimentum.solver.start.order import solving_order
-from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.pattern import (
-    MOST_CHOICES,
-    NotTogether,
     SegmentPattern,
     filled,
     instants_of,
 )
-from movimentum.variants.together.poses import BodyPose, Places, laid
+from movimentum.variants.together.poses import BodyPose, Places
 from movimentum.variants.together.roots import all_roots
 
 FAR_AHEAD = 0.05
@@ -45,17 +38,6 @@ class Carried:
 
     poses: dict[int, BodyPose]
     others: dict[Any, Any]
-
-
-@dataclass(slots=True, eq=False)
-class Began:
-    """``choices`` by block: the sign (V, 1) of a quadratic one, the core (V, n) of one that Newton's method solves.
-    ``none`` (V,): there is no solution to begin with; ``unsure`` (V,): cannot be told here.
-    """
-
-    choices: dict[int, FloatArray]
-    none: BoolArray
-    unsure: BoolArray
 
 
 class VariantBeginning:
@@ -81,48 +63,6 @@ class VariantBeginning:
         self.unsure = np.zeros(self.count, dtype=np.bool_)
         self.poses: dict[int, BodyPose] = {}
 
-    def began(self) -> Began:
-        """The choice of every block."""
-        plan, clocks = self.pattern.plan, self.instants.clocks
-        branching = {block.number for block in plan.blocks if block.branches}
-        rank = solving_order(plan.blocks, self.owner, branching)
-        touched, parts = independent_parts(plan, branching, rank, self.judgements)
-        split = self._is_split(touched)
-        none = np.zeros(self.count, dtype=np.bool_)
-        choices: dict[int, FloatArray] = {}
-        with np.errstate(all="ignore"):
-            for number in [-1, *(b.number for b in plan.blocks if not touched[b.number])]:
-                if number >= 0:
-                    self.solve(number, None)
-                none |= ~self.allowed(number)
-            if self.carried is None and any(touched):
-                self.poses, unsure = laid(self.places, self.pattern, self.state, clocks, self.size)
-                self.unsure |= unsure
-            elif self.carried is not None:
-                self.poses = self.carried.poses
-            for part in parts:
-                if not touched[part[0]]:
-                    continue
-                ordered = sorted(part, key=rank.__getitem__)
-                found = _Part(self, ordered, split=split).best()
-                none |= ~found.found
-                self.unsure |= found.close | (found.found & (found.breaks > 0.0))
-                choices |= found.choices
-                for number in ordered:
-                    self.solve(number, choices.get(number))
-        return Began(choices, none, self.unsure)
-
-    def _is_split(self, touched: Sequence[bool]) -> bool:
-        """Whether of some direction two blocks find one half each: then the search compares in a way of its own."""
-        known = self.pattern.plan.system.number_of
-        for payload, n in known.items():
-            other = known.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
-            if other is None or n not in self.owner or other not in self.owner:
-                continue
-            if self.owner[n] != self.owner[other] and touched[self.owner[n]] and touched[self.owner[other]]:
-                return True
-        return False
-
     def solve(self, number: int, choice: FloatArray | None) -> Any:
         """Set the state, at both instants; the margin of a quadratic block."""
         block = self.pattern.blocks[number].block
@@ -135,12 +75,10 @@ class VariantBeginning:
 
     def _ahead(self, block: Newton, core: FloatArray) -> None:
         """The core (V, n), solved for again at the second instant."""
-        later = [column(value, 1) for value in self.state]
-        clocks = [clock[..., 1:] for clock in self.instants.clocks]
         scale = self.run.scale(block)
-        x, converged, _ = newton_across(block, later, clocks, core, scale)
-        near = converged & (np.max(np.abs(x - core) / scale, axis=1) < FAR_AHEAD)
-        x = np.where(near[:, None], x, core)
+        found = newton(problem_at(self.run, block, 1, scale), core, limit=FAR_AHEAD)
+        near = found.converged & (np.max(np.abs(found.x - core) / scale, axis=1) < FAR_AHEAD)
+        x = np.where(near[:, None], found.x, core)
         for j, n in enumerate(block.core):
             self.state[n] = np.stack([core[:, j], x[:, j]], axis=1)
         fill_explicit(block, self.state, self.instants.clocks)
@@ -154,28 +92,100 @@ class VariantBeginning:
             signs = (1.0, -1.0) if block.branches and not block.iterative else (1.0,)
             return [(np.full((self.count, 1), sign), every) for sign in signs]
         scale, system = self.run.scale(block), self.pattern.plan.system
+        if isinstance(block, Free):
+            return [self._free(block, scale)]
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
             before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
-            here = [column(value, 0) for value in self.state]
-            x, converged, determinant = newton_across(
-                block, here, [c[..., :1] for c in self.instants.clocks], core, scale
-            )
+            x, converged, determinant = newton_across(problem_at(self.run, block, 0, scale), core)
             stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < tolerances.SAME_ROOT)
             self.unsure |= ~stays | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST)
             return [(x, every)]
         found = all_roots(item, self.state, self.instants.clocks, scale)
         self.unsure |= found.unsure
-        here = [column(value, 0) for value in self.state]
+        problem = problem_at(self.run, block, 0, scale)
         result: list[tuple[FloatArray, BoolArray]] = []
         for k in range(found.exist.shape[1]):
             start = np.where(found.exist[:, k : k + 1], found.x[:, k], found.x[:, 0])
-            clocks = [c[..., :1] for c in self.instants.clocks]
-            x, converged, determinant = newton_across(block, here, clocks, start, scale)
+            x, converged, determinant = newton_across(problem, start)
             exist = found.exist[:, k]
             self.unsure |= exist & (~converged | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST))
             result.append((x, exist))
         return result
+
+    def _free(self, block: Free, scale: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """The pose that a free block begins with, see `solver.solutions.newton_starts.free_start`."""
+        system, problem = self.pattern.plan.system, problem_at(self.run, block, 0, scale)
+
+        def column_of(n: int) -> FloatArray:
+            value = self.before(n)
+            return np.ravel(np.broadcast_to(0.0 if value is None else value, (self.count, 1)))
+
+        known: set[int] = set() if self.carried is None else set(self.carried.poses)
+        place = {n: j for j, n in enumerate(block.core)}
+        turns: list[TurnAcross] = []
+        for n in block.unknowns:
+            payload = system.unknowns[n].payload
+            other = system.number_of.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
+            if not isinstance(payload, PoseCos) or payload.thing in known or n not in place or other not in place:
+                continue
+            before = self.poses.get(payload.thing, BodyPose())
+            _, _, ax, ay = self.places.frame(self.pattern, payload.thing)
+            # in the frame's terms: where the thing's own direction was
+            parts = (before.c * ax - before.s * ay, before.s * ax + before.c * ay)
+            c, s = (np.ravel(np.broadcast_to(part, (self.count, 1))) for part in parts)
+            turns.append(TurnAcross(place[n], place[other], c, s))
+        here = not any(system.unknowns[n].thing in known for n in block.core)
+        wished = free_wishes(block) if here else np.zeros(0, dtype=np.intp)
+        metric = places_of(self.run, block)[1]
+        start = FreeStart(
+            problem, metric, self.size, turns, wished, np.stack([column_of(n) for n in block.core], axis=1)
+        )
+        speeds = np.zeros((self.count, len(metric.coupled)))
+        if metric.coupled:
+            there = problem.completed(start.origin)
+            for k, n in enumerate(metric.coupled):
+                speeds[:, k] = there[n] - column_of(n)
+        fresh = any(system.unknowns[n].thing not in known for n in block.unknowns)
+        carried = not fresh and all(self.before(n) is not None for n in block.core)
+
+        def scattered(origin: FloatArray, own: FloatArray) -> FloatArray:
+            return scattered_starts(self.pattern.plan, block, origin, own, seeds_of(origin))
+
+        x, exist, unsure = start.found(speeds, self._sides(block), scattered, stays=carried)
+        self.unsure |= unsure
+        return x, exist
+
+    def _sides(self, block: Free) -> Callable[[FloatArray, IntArray], BoolArray]:
+        """Whether core values (N, n) of some variants (N,) satisfy the inequalities about what a block finds."""
+        plan = self.pattern.plan
+        known = {n for n, value in enumerate(self.state[: self.pattern.unknowns]) if value is not None}
+        known |= set(block.unknowns)
+        own = [
+            i
+            for i, selector in enumerate(plan.system.selectors)
+            if symbol_numbers(selector.value) <= known and not symbol_numbers(selector.value).isdisjoint(block.unknowns)
+        ]
+
+        def satisfied(x: FloatArray, who: IntArray) -> BoolArray:
+            def there(value: Any) -> Any:
+                here = column(value, 0)
+                return here[who] if np.ndim(here) and len(here) == self.count else here
+
+            fits = np.ones(len(x), dtype=np.bool_)
+            if own:
+                state = [None if value is None else there(value) for value in self.state]
+                for j, n in enumerate(block.core):
+                    state[n] = x[:, j : j + 1]
+                clocks = [there(clock) for clock in self.instants.clocks]
+                fill_explicit(block, state, clocks)
+                values = self.pattern.selectors(filled(state), clocks)
+                for i in own:
+                    here = np.broadcast_to(values[i], (len(x), 1))[:, 0]
+                    fits &= here >= -tolerances.INEQUALITY_MET * self.size[who]
+            return fits
+
+        return satisfied
 
     def before(self, n: int) -> Any:
         """(V, 1) the value of an unknown before, or None where it has none."""
@@ -207,6 +217,16 @@ class VariantBeginning:
                 found[n] = np.ravel(np.broadcast_to(value, (self.count, 1)))
         return found
 
+    def wished(self, number: int) -> FloatArray:
+        """(V,) see `Judgements.wished`."""
+        total = np.zeros(self.count)
+        awaited = self.judgements.wishes_after.get(number, ())
+        if awaited:
+            values = self.pattern.wishes(filled(self.state), self.instants.clocks)
+            for place in (place for i in awaited for place in self.judgements.errors_of.get(i, ())):
+                total += np.square(np.broadcast_to(values[place], (self.count, 2))[:, 0] / self.size)
+        return total
+
     def allowed(self, number: int) -> BoolArray:
         """(V,) whether the inequalities hold that can be judged after a block; redundant equations that do not leave
         their variants to be solved by themselves.
@@ -231,162 +251,3 @@ class VariantBeginning:
                 least = tolerances.STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
                 allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
         return allowed
-
-
-@dataclass(slots=True, eq=False)
-class _Best:
-    found: BoolArray
-    close: BoolArray
-    breaks: FloatArray
-    choices: dict[int, FloatArray]
-
-
-class _Part:
-    """All combinations of the choices of one independent part. ``split``: see `VariantBeginning`; then only a part with
-    one combination is decided here.
-    """
-
-    def __init__(self, beginning: VariantBeginning, numbers: list[int], *, split: bool) -> None:
-        self.beginning = beginning
-        self.numbers = numbers
-        self.split = split
-        self.branching = [n for n in numbers if beginning.pattern.blocks[n].block.branches]
-        if len(self.branching) > MOST_CHOICES:
-            raise NotTogether("too many choices")
-        count = beginning.count
-        self.costs = np.full((count, 4), np.inf)
-        self.second = np.full((count, 4), np.inf)
-        self.chosen: list[FloatArray] = []
-        self.trail: list[FloatArray] = []
-
-    def best(self) -> _Best:
-        """The best combination of each variant."""
-        count = self.beginning.count
-        self._explore(0, np.ones(count, dtype=np.bool_), np.zeros((count, 4)))
-        found = np.isfinite(self.costs[:, 0])
-        choices = dict(zip(self.branching, self.chosen, strict=False))
-        for number in self.branching[len(choices) :]:
-            block = self.beginning.pattern.blocks[number].block
-            choices[number] = np.ones((count, len(block.core) if isinstance(block, Newton) else 1))
-        close = _close(self.costs, self.second)
-        if self.split:
-            close |= np.isfinite(self.second[:, 0])
-        return _Best(found, found & close, self.costs[:, 0], choices)
-
-    def _explore(self, place: int, alive: BoolArray, costs: FloatArray) -> None:
-        if not alive.any():
-            return
-        if place == len(self.numbers):
-            self._leaf(alive, costs)
-            return
-        beginning = self.beginning
-        number = self.numbers[place]
-        branches = beginning.pattern.blocks[number].block.branches
-        for choice, exist in beginning.options(number):
-            margin = beginning.solve(number, choice)
-            able = alive & exist
-            if margin is not None:
-                first = np.broadcast_to(margin, (beginning.count, 2))
-                able = alive & (first[:, 0] >= -tolerances.DISCRIMINANT_ZERO)
-                beginning.unsure |= alive & (np.abs(first[:, 0]) <= 1e3 * tolerances.DISCRIMINANT_ZERO)
-                beginning.unsure |= alive & ~np.isfinite(first[:, 0])
-            able = able & beginning.allowed(number)
-            if branches:
-                self.trail.append(choice)
-            self._explore(place + 1, able, costs + self._cost(number))
-            if branches:
-                self.trail.pop()
-
-    def _leaf(self, alive: BoolArray, costs: FloatArray) -> None:
-        bad = alive & ~np.isfinite(costs).all(axis=1)
-        self.beginning.unsure |= bad
-        costs = np.where(alive[:, None], costs, np.inf)
-        better = _less(costs, self.costs)
-        self.second = np.where(
-            better[:, None], self.costs, np.where(_less(costs, self.second)[:, None], costs, self.second)
-        )
-        self.costs = np.where(better[:, None], costs, self.costs)
-        old = self.chosen or self.trail
-        self.chosen = [np.where(better[:, None], new, kept) for new, kept in zip(self.trail, old, strict=True)]
-
-    def _cost(self, number: int) -> FloatArray:
-        """(V, 4) break of continuity, distance from the pose carried over, turn, displacement (see `start.costs`)."""
-        beginning = self.beginning
-        block = beginning.pattern.blocks[number].block
-        result = np.zeros((beginning.count, 4))
-        if block.continued:
-            return result
-        system = beginning.pattern.plan.system
-        size = beginning.size[:, None]
-        carried = beginning.carried
-        for n in block.unknowns:
-            payload = system.unknowns[n].payload
-            value = np.broadcast_to(beginning.state[n], (beginning.count, 2))
-            here = value[:, :1]
-            if isinstance(payload, Anonymous):
-                continue
-            known = system.unknowns[n]
-            is_carried = carried is not None and (
-                payload in carried.others if known.thing is None else known.thing in carried.poses
-            )
-            if isinstance(payload, ThingAngle | VariableComponent):
-                if not is_carried:
-                    unit = TURN if isinstance(payload, ThingAngle) else size
-                    result[:, 2:3] += tolerances.SPELLING_WEIGHT * np.square(here / unit)
-                if isinstance(payload, ThingAngle):
-                    continue
-            before = beginning.before(n)
-            if before is None:
-                continue
-            if is_carried:
-                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else size
-                off = np.abs(here - before) / scale
-                result[:, 1:2] += np.square(off)
-                result[:, 0:1] = np.maximum(result[:, 0:1], np.where(off <= tolerances.SAME_VALUE, 0.0, 1.0))
-            elif isinstance(payload, PoseCos | PoseSin):
-                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
-                known_too = beginning.state[other] is not None
-                if known_too and (isinstance(payload, PoseCos) or other not in block.unknowns):  # once
-                    result[:, 2] += np.square(self._turn(payload.thing))
-            elif isinstance(payload, PoseX | PoseY):
-                result[:, 3:4] += np.square((here - before) / size)
-        return result
-
-    def _turn(self, thing: int) -> FloatArray:
-        """(V,) how far a thing is turned at the second instant from how it was before, in radians."""
-        beginning = self.beginning
-        system = beginning.pattern.plan.system
-        c, s = (
-            np.broadcast_to(beginning.state[system.number_of[part(thing)]], (beginning.count, 2))[:, 1:]
-            for part in (PoseCos, PoseSin)
-        )
-        if system.frame(thing).turned:
-            _, _, ax, ay = beginning.places.frame(beginning.pattern, thing)
-            c, s = c * ax + s * ay, s * ax - c * ay
-        before = beginning.poses.get(thing, BodyPose())
-        return np.arccos(np.clip(c * before.c + s * before.s, -1.0, 1.0))[:, 0]
-
-
-def _less(one: FloatArray, other: FloatArray) -> BoolArray:
-    """(V,) whether costs (V, 4) are less, the first that differs deciding."""
-    less = np.zeros(len(one), dtype=np.bool_)
-    equal = np.ones(len(one), dtype=np.bool_)
-    for k in range(one.shape[1]):
-        less |= equal & (one[:, k] < other[:, k])
-        equal &= one[:, k] == other[:, k]
-    return less
-
-
-def _close(one: FloatArray, other: FloatArray) -> BoolArray:
-    """(V,) whether it is a close call which of two costs is less."""
-    close = np.zeros(len(one), dtype=np.bool_)
-    open_ = np.ones(len(one), dtype=np.bool_)
-    for k in range(one.shape[1]):
-        apart = np.abs(other[:, k] - one[:, k])
-        same = ~(apart > tolerances.CLOSE_COSTS * (tolerances.COST_FLOOR + np.abs(one[:, k])))
-        exactly = other[:, k] == one[:, k]
-        if k == one.shape[1] - 1:
-            close |= open_ & same & np.isfinite(other[:, k])
-        close |= open_ & same & ~exactly & np.isfinite(other[:, k])
-        open_ &= exactly
-    return close

@@ -146,13 +146,13 @@ def follow_together(
         unsure |= off
         binds, violates = np.full(count, np.inf), np.full(count, np.inf)
         if breaks.any():
-            unsure |= breaks & (bool(pattern.turns or loops or not timed) | (end == 0))
+            unsure |= breaks & (bool(pattern.turns or pattern.drifting or loops or not timed) | (end == 0))
             found, clear = _violation_times(pattern, varied, choices, instants, end, selector, breaks & ~unsure, size)
             unsure |= breaks & ~clear
             violates = np.where(breaks & clear, found, np.inf)
         bound = (whole < shape[1]) & ~(violated < whole - 1)
         if bound.any():
-            if pattern.turns or len(loops) > 1:
+            if pattern.turns or pattern.drifting or len(loops) > 1:
                 unsure |= bound
             elif not timed:
                 binds[bound] = instants.tau[np.maximum(end[bound] - 1, 0)]
@@ -236,10 +236,11 @@ def _too_fast(
     """(V,) whether a thing turns too far between two instants of those ``before``, or a drive of those ``inside``."""
     count = len(inside)
     fast = np.zeros(count, dtype=np.bool_)
+    free = {n for number in pattern.drifting for n in pattern.blocks[number].block.unknowns}
     for _, c, s in directed(pattern):
         for n in (c, s):
             value = state[n]
-            if np.ndim(value) and np.shape(value)[-1] > 1:
+            if np.ndim(value) and np.shape(value)[-1] > 1 and n not in free:
                 steps = np.abs(np.diff(np.asarray(value), axis=-1))
                 fast |= ((~(steps <= FARTHEST_TURN)) & before[:, 1:]).any(axis=1)
     for item in pattern.blocks:

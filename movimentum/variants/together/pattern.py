@@ -7,46 +7,33 @@ same, and their numbers know where they come from (`variants.tracing`). Whether 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, const, substitute, symbol, symbols
-from movimentum.planning.blocks.kinds import Block, Integral, Newton, Ode, Quadratic, Winding
-from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.expressions import Expr, substitute, symbol
+from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode, Winding
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.equations import Equation, Form
+from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
-from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.records import dataclass, field
-from movimentum.scene.model import Relation, Scene, ThingAngle
+from movimentum.scene.model import Scene
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.pose_state import as_drawn
-from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.judge import Judge
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.kernels import across, lifted
-from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.kinds.across import Across, Again
+from movimentum.solver.kinds.free_paths import GridAcross
+from movimentum.solver.kinds.kernels import across
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import LOOK_AHEAD
 from movimentum.variants.tracing import OriginUnfolding, Varied
 
 MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
-
-
-MOST_UNKNOWNS = 12
-"""Of a block that Newton's method solves."""
-MOST_PATHS = 64
-"""Of its homotopy: the product of its equations' degrees."""
 
 
 class NotTogether(Exception):
@@ -100,8 +87,8 @@ class BlockFormulas:
 
 @dataclass(eq=False)
 class SegmentPattern:
-    """One segment: its plan and the formulas of its blocks, of inequalities, redundant equations and the equations as
-    they are stated. ``continues``: its constraints are those of the segment before.
+    """One segment: its plan and the formulas of its blocks, of inequalities, redundant equations, wishes and the
+    equations as they are stated. ``continues``: its constraints are those of the segment before.
     """
 
     segment: Segment
@@ -110,6 +97,7 @@ class SegmentPattern:
     blocks: tuple[BlockFormulas, ...]
     selectors: SegmentFormulas
     checks: SegmentFormulas
+    wishes: SegmentFormulas
     stated: SegmentFormulas
     stated_sizes: FloatArray
     stated_turns: FloatArray
@@ -123,7 +111,12 @@ class SegmentPattern:
     @property
     def loops(self) -> bool:
         """Whether Newton's method solves any of its blocks."""
-        return any(isinstance(item.block, Newton) for item in self.blocks)
+        return any(isinstance(item.block, Newton) and not item.block.free for item in self.blocks)
+
+    @cached_property
+    def drifting(self) -> tuple[int, ...]:
+        """The blocks that move freely."""
+        return tuple(item.block.number for item in self.blocks if isinstance(item.block, Free) and item.block.moving)
 
     @property
     def integrates(self) -> bool:
@@ -160,6 +153,16 @@ class SegmentPattern:
                 wanted |= item.block.inputs
         return frozenset(found)
 
+    @cached_property
+    def upstream(self) -> tuple[frozenset[int], ...]:
+        """The numbers of the blocks that each block depends on."""
+        owner = self.plan.owner
+        found: list[frozenset[int]] = []
+        for item in self.blocks:
+            direct = {owner[n] for n in item.block.inputs if n in owner}
+            found.append(frozenset(direct.union(*(found[number] for number in direct))))
+        return tuple(found)
+
     @property
     def turns(self) -> bool:
         """Whether a block reads what goes on from before: a continuous angle that follows a direction, an integral."""
@@ -193,10 +196,38 @@ class SegmentPattern:
         self, run: Across, choices: Mapping[int, FloatArray], *, continued: bool = True, without: Container[int] = ()
     ) -> Across:
         """Solve blocks of ``run``: not those ``without``; if nothing is ``continued``, not what depends on the past."""
+        known = dict[int, Any](choices)
+        grid: GridAcross | None = None
+        if run.path and self.drifting:
+            run.again = self._again(run, known)
+            grid = GridAcross(run)
         for item in self.blocks:
-            if (continued or not item.goes_on) and item.block.number not in without:
-                across(run, item.block, choices.get(item.block.number, 1.0))
+            number = item.block.number
+            if (not continued and item.goes_on) or number in without:
+                continue
+            if grid is not None and number <= self.drifting[-1] and item.block.moving:
+                grid.resolve_phases(item.block)
+                run.nodes = grid.tau, grid.counts
+            across(run, item.block, known.get(number, 1.0))
+            known |= run.tracks
+            if grid is not None and number < self.drifting[-1]:
+                grid.resolve_turning(item.block)
         return run
+
+    def _again(self, run: Across, known: Mapping[int, Any]) -> Again:
+        """What solves blocks of ``run`` at other instants, with the choices that are ``known`` then."""
+        varied = run.state[self.unknowns :]
+
+        def again(number: int, tau: FloatArray, who: IntArray, *, itself: bool = False) -> Across:
+            inner = self.run([value[who] for value in varied], tau, run.size[who])
+            for item in self.blocks[: number + itself]:
+                block = item.block
+                if block.number in self.upstream[number] or block.number == number:
+                    choice = known.get(block.number, 1.0)
+                    across(inner, block, choice if isinstance(choice, float) else choice[who])
+            return inner
+
+        return again
 
     def state(self, varied: Sequence[FloatArray]) -> State:
         """A state in which nothing is known but the varied constants, (V, 1) each."""
@@ -228,150 +259,6 @@ class Pattern:
     def coordinates(self, varied: Sequence[FloatArray]) -> list[Any]:
         """x and y of all anchors as drawn, in the order of `place_of`: numbers or (V, 1) arrays."""
         return list(self.places(list(varied), []))
-
-
-def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
-    """The pattern of a timeline that was read with traced ``values``; `NotTogether` where there is none."""
-    scene = timeline.scene
-    names = tuple(values)
-    unfolding = OriginUnfolding()
-    size = scene_size(scene)
-    if not any(len(thing.anchors) > 1 for thing in scene.things):
-        raise NotTogether("no thing has two anchors")
-    segments: list[SegmentPattern] = []
-    for segment in timeline.segments:
-        before = segments[-1] if segments else None
-        continues = before is not None and before.segment.active == segment.active
-        if continues and before is not None:
-            made = _segment_pattern(before.plan, segment, names, unfolding, size, continues=True)
-        else:
-            made = _segment_pattern(
-                _plan(scene, segment, size, unfolding, first=before is None),
-                segment,
-                names,
-                unfolding,
-                size,
-                continues=False,
-            )
-        segments.append(made)
-    place_of: dict[tuple[int, int], int] = {}
-    places: list[Expr] = []
-    for thing in scene.things:
-        for number, anchor in enumerate(thing.anchors):
-            place_of[thing.number, number] = len(places)
-            places += [unfolding.unfolded(part) for part in anchor.coordinates]
-    function = compiled([numbered(each, names, 0) for each in places], Clocks())
-    return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
-
-
-def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfolding, *, first: bool) -> Plan:
-    if any(constraint.paired for constraint in segment.active):
-        _check_teeth(segment, unfolding)
-    structure = structure_of(scene, segment, {})
-    if first and deceptive(structure, as_drawn(scene), size):
-        raise NotTogether("a mechanism that moves although it looks determined")
-    plan = compile_structure(structure, size, None)
-    if plan.wishes or any(not _known_kind(block) for block in plan.blocks):
-        raise NotTogether("blocks without a closed form")
-    return plan
-
-
-def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
-    """Raise `NotTogether` where the turn that a constraint states at first, and with it which teeth of gears are in
-    which gaps, may depend on the varied constants. (What else that depends on is in the gears' equations.)
-    """
-
-    def at_first(node: Expr) -> Expr | None:
-        return const(float(segment.start - node.start)) if node.op == "clock" else None
-
-    for constraint in segment.active:
-        if constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle):
-            begun = substitute(unfolding.unfolded(constraint.right[0]), at_first)
-            if any(isinstance(payload, Varied) for payload in symbols(begun)):
-                raise NotTogether("the teeth of gears may depend on it")
-
-
-def _known_kind(block: Block) -> bool:
-    """Whether blocks of that kind are solved for many variants at once."""
-    return not isinstance(block, Newton) or 0 < len(block.core) <= MOST_UNKNOWNS
-
-
-def _segment_pattern(
-    plan: Plan, segment: Segment, names: tuple[str, ...], unfolding: OriginUnfolding, size: float, *, continues: bool
-) -> SegmentPattern:
-    clocks = Clocks(plan.clocks)
-    count = len(plan.system.unknowns)
-
-    def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
-        made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
-        return SegmentFormulas(compiled(made, clocks), len(made))
-
-    lift = Lift(
-        plan, lambda root: numbered(unfolding.unfolded(root), names, count), lambda some: compiled(some, clocks)
-    )
-
-    def lift_block(block: Block) -> BlockFormulas:
-        try:
-            made = lifted(block, lift)
-        except NotImplementedError as error:
-            raise NotTogether("blocks without a closed form") from error
-        return BlockFormulas(
-            made,
-            apart=formulas([block.apart]) if isinstance(block, Quadratic) and block.apart is not None else None,
-            divisors=formulas(block.divisors) if block.divisors else None,
-            rows=_polynomial_rows(block, formulas, unfolding.varies) if isinstance(block, Newton) else None,
-        )
-
-    blocks = tuple(map(lift_block, plan.blocks))
-    system = plan.system
-    checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
-    rows = Judge(plan, size).rows
-    stated = formulas([row.original or row.residual for row in rows])
-    return SegmentPattern(
-        segment=segment,
-        plan=plan,
-        continues=continues,
-        blocks=blocks,
-        selectors=formulas([selector.value for selector in system.selectors]),
-        checks=formulas(checks),
-        stated=stated,
-        stated_sizes=np.array([1.0 if row.constraint is None else size for row in rows]),
-        stated_turns=np.array([row.original is not None and _is_of_angles(row) for row in rows], dtype=np.float64),
-        more_clocks=tuple(clocks.starts),
-    )
-
-
-def _is_of_angles(row: Equation) -> bool:
-    residual = row.original or row.residual
-    sides = residual.args if residual.op == "add" else (residual,)
-    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
-
-
-def _polynomial_rows(
-    block: Newton, formulas: Callable[[Sequence[Expr]], SegmentFormulas], varies: Callable[[Expr], bool]
-) -> PolynomialRows:
-    inside = set(block.core)
-    place = {n: j for j, n in enumerate(block.core)}
-    terms: list[tuple[int, tuple[int, ...]]] = []
-    coefficients: list[Expr] = []
-    degrees: list[int] = []
-    for row, residual in enumerate(block.residuals):
-        form = poly.from_expression(residual)
-        if form is None:
-            raise NotTogether("equations that are not polynomials")
-        form = poly.relative_to(form, inside)
-        degrees.append(poly.degree(form, inside))
-        for monomial, coefficient in form.items():
-            terms.append((row, tuple(place[n] for n in monomial)))
-            coefficients.append(coefficient)
-    if min(degrees) < 1 or math.prod(degrees) > MOST_PATHS:
-        raise NotTogether("equations with too many solutions")
-    numbers: dict[Expr, int] = {}
-    groups = tuple(
-        -1 if each.value is not None and not varies(each) else numbers.setdefault(each, len(numbers))
-        for each in coefficients
-    )
-    return PolynomialRows(tuple(terms), groups, formulas(coefficients), tuple(degrees))
 
 
 def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:

@@ -26,12 +26,8 @@ from movimentum.tolerances import SAME_FORMULA, SAME_ZERO
 from movimentum.variants.lowered import lower_measures
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.batch import Batch
-from movimentum.variants.together.pattern import (
-    NotTogether,
-    Pattern,
-    SegmentPattern,
-    make_pattern,
-)
+from movimentum.variants.together.making import make_pattern
+from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPattern
 from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices
@@ -120,6 +116,8 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
         raise NotTogether("the structure of the equations depends on it")
     if ours.shift != theirs.shift or mine.plan.checks != other.plan.checks or mine.continues != other.continues:
         raise NotTogether("the structure of the equations depends on it")
+    if [wish.speed for wish in ours.wishes] != [wish.speed for wish in theirs.wishes]:
+        raise NotTogether("the speed of a wish depends on it")
     generator = np.random.default_rng(5)
     for _ in range(2):
         known: list[Any] = [np.array([[value]]) for value in generator.uniform(-1.0, 1.0, mine.unknowns)]
@@ -134,7 +132,8 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
                 # another order of elimination is as good: every variant's equations are verified as they are stated
                 if (one.core, one.targets) == (two.core, two.targets):
                     _same_block(mine, one, [*known, *varied], other, two, known, clocks)
-            for x, y in ((mine.selectors, other.selectors), (mine.checks, other.checks), (mine.stated, other.stated)):
+            for what in ("selectors", "checks", "stated", "wishes"):
+                x, y = getattr(mine, what), getattr(other, what)
                 _same(x([*known, *varied], clocks), y(known, clocks), "an equation")
 
 

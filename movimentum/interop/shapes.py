@@ -1,0 +1,131 @@
+"""The parts of a mechanism as shapes to be made: outlines of lines and arcs, and holes at their anchors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from movimentum.drawing.figures import FIGURES, drawn_points
+from movimentum.drawing.parts import PartForm, Point, hull
+from movimentum.records import dataclass
+from movimentum.scene.model import Scene, Thing
+from movimentum.things.kinds.disc import Round
+
+HOLE = 0.3
+"""Of a part's width: the diameter of a hole where the script does not state its pins."""
+CHORD_DEG = 3.0
+"""Of the straight pieces that stand for an arc in a solid."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A thing in its local frame: corners (x, y, bulge) counter-clockwise, where an arc to the next corner has the
+    ``bulge`` tan(angle / 4); or a circle (centre, radius) instead. ``holes``: centres and radii.
+    """
+
+    thing: Thing
+    corners: tuple[tuple[float, float, float], ...]
+    circle: tuple[Point, float] | None
+    holes: tuple[tuple[Point, float], ...]
+
+    def polygon(self) -> list[Point]:
+        """The outline in straight pieces whose area is that of the shape, counter-clockwise."""
+        if self.circle is not None:
+            return round_polygon(*self.circle)
+        found: list[Point] = []
+        for (x, y, bulge), (u, v, _) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
+            found += [(x, y), *_arc((x, y), (u, v), bulge)]
+        return found
+
+
+def round_polygon(centre: Point, radius: float) -> list[Point]:
+    """A polygon with the area of a circle."""
+    count = round(360.0 / CHORD_DEG)
+    step = math.radians(CHORD_DEG)
+    radius *= math.sqrt(step / math.sin(step))
+    return [(centre[0] + radius * math.cos(step * k), centre[1] + radius * math.sin(step * k)) for k in range(count)]
+
+
+def _arc(start: Point, end: Point, bulge: float) -> list[Point]:
+    """The corners between the ends of an arc, on a circle as much larger as keeps the area."""
+    if bulge == 0.0:
+        return []
+    turn = 4.0 * math.atan(bulge)
+    count = max(2, math.ceil(abs(math.degrees(turn)) / CHORD_DEG))
+    chord = math.dist(start, end)
+    radius = chord / (2.0 * math.sin(abs(turn) / 2.0))
+    height = math.sqrt(max(radius**2 - (chord / 2.0) ** 2, 0.0)) * (1.0 if abs(turn) <= math.pi else -1.0)
+    dx, dy = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
+    side = 1.0 if turn > 0.0 else -1.0
+    cx = (start[0] + end[0]) / 2.0 - side * dy * height
+    cy = (start[1] + end[1]) / 2.0 + side * dx * height
+    first, step = math.atan2(start[1] - cy, start[0] - cx), turn / count
+    # sector = two triangles at the ends with one corner on the circle, the rest with both beyond it
+    wanted, s = abs(turn) * radius**2, math.sin(abs(step))
+    b, c = 2.0 * radius * s, -wanted
+    a = (count - 2) * s
+    larger = -c / b if a == 0.0 else (-b + math.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
+    turns = (first + step * k for k in range(1, count))
+    return [(cx + larger * math.cos(turn), cy + larger * math.sin(turn)) for turn in turns]
+
+
+def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
+    """The things that can be cut out of a sheet, in order of definition. ``hole``: the diameter of all holes; else it
+    is that of the pins that a thing states, or a share (`HOLE`) of its width.
+    """
+    for thing in scene.things:
+        if not thing.is_body or thing.kind.word not in CUT or not thing.anchors:
+            continue
+        points = drawn_points(thing)
+        radius = _hole_radius(thing) if hole is None else hole / 2.0
+        if thing.kind.word == "disc":
+            assert isinstance(thing.own, Round)
+            size = thing.radius or 0.0
+            yield Shape(thing, (), (points[0], size), _holes(thing, radius, size))
+        elif thing.kind.word in ("bar", "plate"):
+            corners = _rounded(hull(points), thing.look.width / 2.0)
+            yield Shape(thing, corners, None, _holes(thing, radius, math.inf))
+        else:
+            outlines = [each for each in FIGURES[thing.kind.word](thing, points) if each.form is PartForm.FILL]
+            for outline in outlines[:1]:
+                yield Shape(thing, tuple((x, y, 0.0) for x, y in outline.points), None, ())
+
+
+CUT = ("bar", "plate", "disc", "polygon", "gear", "rack")
+"""Kinds that are shapes of a sheet."""
+
+
+def _hole_radius(thing: Thing) -> float:
+    if thing.look.pins is not None:
+        return thing.look.pins
+    return HOLE * (0.5 * thing.look.width if thing.kind.word != "disc" else min(thing.radius or 0.0, 10.0))
+
+
+def _holes(thing: Thing, radius: float, within: float) -> tuple[tuple[Point, float], ...]:
+    """A hole at each place of an anchor, if it is inside and free of the others."""
+    found: list[tuple[Point, float]] = []
+    centre = thing.anchors[0].local
+    for place in dict.fromkeys(anchor.local for anchor in thing.anchors):
+        apart = all(math.dist(place, other) > 2.0 * radius for other, _ in found)
+        if radius > 0.0 and apart and math.dist(place, centre) + radius < within:
+            found.append((place, radius))
+    return tuple(found)
+
+
+def _rounded(corners: list[Point], radius: float) -> tuple[tuple[float, float, float], ...]:
+    """Everything within ``radius`` of a convex polygon (or of a line): its sides, moved out, joined by arcs."""
+    found: list[tuple[float, float, float]] = []
+    count = len(corners)
+    if count == 1:
+        (x, y), r = corners[0], radius
+        return ((x + r, y, 1.0), (x - r, y, 1.0))
+    normals: list[Point] = []
+    for (x, y), (u, v) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        length = math.hypot(u - x, v - y)
+        normals.append(((v - y) / length, (x - u) / length))
+    for k, (x, y) in enumerate(corners):
+        (ax, ay), (bx, by) = normals[k - 1], normals[k]
+        turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by) % (2.0 * math.pi)
+        found.append((x + radius * ax, y + radius * ay, math.tan(turn / 4.0)))
+        found.append((x + radius * bx, y + radius * by, 0.0))
+    return tuple(found)

@@ -1,0 +1,202 @@
+"""Making the pattern of a timeline: planning each segment, and lifting its blocks and formulas."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from movimentum.expressions import Expr, const, substitute, symbols
+from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.lowering import polynomial as poly
+from movimentum.planning.lowering.equations import Equation
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import compile_structure, structure_of
+from movimentum.scene.model import Relation, Scene, ThingAngle
+from movimentum.solver.basis.pose_state import as_drawn
+from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.judge import Judge
+from movimentum.solver.kinds.across import Lift
+from movimentum.solver.kinds.kernels import lifted
+from movimentum.solver.start.deceptive import deceptive
+from movimentum.timeline.model import Segment, Timeline
+from movimentum.variants.together.pattern import (
+    BlockFormulas,
+    NotTogether,
+    Pattern,
+    PolynomialRows,
+    SegmentFormulas,
+    SegmentPattern,
+    numbered,
+)
+from movimentum.variants.tracing import OriginUnfolding, Varied
+
+MOST_UNKNOWNS = 12
+"""Of a block that Newton's method solves."""
+MOST_PATHS = 64
+"""Of its homotopy: the product of its equations' degrees."""
+
+
+def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
+    """The pattern of a timeline that was read with traced ``values``; `NotTogether` where there is none."""
+    scene = timeline.scene
+    names = tuple(values)
+    unfolding = OriginUnfolding()
+    size = scene_size(scene)
+    if not any(len(thing.anchors) > 1 for thing in scene.things):
+        raise NotTogether("no thing has two anchors")
+    segments: list[SegmentPattern] = []
+    for segment in timeline.segments:
+        before = segments[-1] if segments else None
+        continues = before is not None and before.segment.active == segment.active
+        if continues and before is not None:
+            made = _segment_pattern(before.plan, segment, names, unfolding, size, continues=True)
+        else:
+            made = _segment_pattern(
+                _plan(scene, segment, size, unfolding, first=before is None),
+                segment,
+                names,
+                unfolding,
+                size,
+                continues=False,
+            )
+        segments.append(made)
+    place_of: dict[tuple[int, int], int] = {}
+    places: list[Expr] = []
+    for thing in scene.things:
+        for number, anchor in enumerate(thing.anchors):
+            place_of[thing.number, number] = len(places)
+            places += [unfolding.unfolded(part) for part in anchor.coordinates]
+    function = compiled([numbered(each, names, 0) for each in places], Clocks())
+    return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
+
+
+def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfolding, *, first: bool) -> Plan:
+    if any(constraint.paired for constraint in segment.active):
+        _check_teeth(segment, unfolding)
+    structure = structure_of(scene, segment, {})
+    if first and deceptive(structure, as_drawn(scene), size):
+        raise NotTogether("a mechanism that moves although it looks determined")
+    plan = compile_structure(structure, size, None)
+    if any(not _known_kind(block) for block in plan.blocks):
+        raise NotTogether("blocks without a closed form")
+    _check_free(plan)
+    return plan
+
+
+def _check_free(plan: Plan) -> None:
+    """Raise `NotTogether` where a free motion depends on what has no closed form."""
+    above: list[set[int]] = []
+    for block in plan.blocks:
+        direct = {plan.owner[n] for n in block.inputs if n in plan.owner}
+        above.append(direct.union(*(above[number] for number in direct)))
+        if isinstance(block, Free) and any(
+            not isinstance(plan.blocks[number], Assign | Linear | Quadratic | Free) for number in above[-1]
+        ):
+            raise NotTogether("free motions that follow what is not in closed form")
+
+
+def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
+    """Raise `NotTogether` where the turn that a constraint states at first, and with it which teeth of gears are in
+    which gaps, may depend on the varied constants. (What else that depends on is in the gears' equations.)
+    """
+
+    def at_first(node: Expr) -> Expr | None:
+        return const(float(segment.start - node.start)) if node.op == "clock" else None
+
+    for constraint in segment.active:
+        if constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle):
+            begun = substitute(unfolding.unfolded(constraint.right[0]), at_first)
+            if any(isinstance(payload, Varied) for payload in symbols(begun)):
+                raise NotTogether("the teeth of gears may depend on it")
+
+
+def _known_kind(block: Block) -> bool:
+    """Whether blocks of that kind are solved for many variants at once."""
+    return not isinstance(block, Newton) or 0 < len(block.core) <= MOST_UNKNOWNS
+
+
+def _segment_pattern(
+    plan: Plan, segment: Segment, names: tuple[str, ...], unfolding: OriginUnfolding, size: float, *, continues: bool
+) -> SegmentPattern:
+    clocks = Clocks(plan.clocks)
+    count = len(plan.system.unknowns)
+
+    def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
+        made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
+        return SegmentFormulas(compiled(made, clocks), len(made))
+
+    lift = Lift(
+        plan,
+        frozenset(range(count, count + len(names))),
+        lambda root: numbered(unfolding.unfolded(root), names, count),
+        lambda some: compiled(some, clocks),
+    )
+
+    def lift_block(block: Block) -> BlockFormulas:
+        try:
+            made = lifted(block, lift)
+        except NotImplementedError as error:
+            raise NotTogether("blocks without a closed form") from error
+        return BlockFormulas(
+            made,
+            apart=formulas([block.apart]) if isinstance(block, Quadratic) and block.apart is not None else None,
+            divisors=formulas(block.divisors) if block.divisors else None,
+            rows=_polynomial_rows(block, formulas, unfolding.varies)
+            if isinstance(block, Newton) and not isinstance(block, Free)
+            else None,
+        )
+
+    blocks = tuple(map(lift_block, plan.blocks))
+    system = plan.system
+    checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
+    rows = Judge(plan, size).rows
+    stated = formulas([row.original or row.residual for row in rows])
+    return SegmentPattern(
+        segment=segment,
+        plan=plan,
+        continues=continues,
+        blocks=blocks,
+        selectors=formulas([selector.value for selector in system.selectors]),
+        checks=formulas(checks),
+        wishes=formulas([error for wish in system.wishes for error in wish.errors]),
+        stated=stated,
+        stated_sizes=np.array([1.0 if row.constraint is None else size for row in rows]),
+        stated_turns=np.array([row.original is not None and _is_of_angles(row) for row in rows], dtype=np.float64),
+        more_clocks=tuple(clocks.starts),
+    )
+
+
+def _is_of_angles(row: Equation) -> bool:
+    residual = row.original or row.residual
+    sides = residual.args if residual.op == "add" else (residual,)
+    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
+
+
+def _polynomial_rows(
+    block: Newton, formulas: Callable[[Sequence[Expr]], SegmentFormulas], varies: Callable[[Expr], bool]
+) -> PolynomialRows:
+    inside = set(block.core)
+    place = {n: j for j, n in enumerate(block.core)}
+    terms: list[tuple[int, tuple[int, ...]]] = []
+    coefficients: list[Expr] = []
+    degrees: list[int] = []
+    for row, residual in enumerate(block.residuals):
+        form = poly.from_expression(residual)
+        if form is None:
+            raise NotTogether("equations that are not polynomials")
+        form = poly.relative_to(form, inside)
+        degrees.append(poly.degree(form, inside))
+        for monomial, coefficient in form.items():
+            terms.append((row, tuple(place[n] for n in monomial)))
+            coefficients.append(coefficient)
+    if min(degrees) < 1 or math.prod(degrees) > MOST_PATHS:
+        raise NotTogether("equations with too many solutions")
+    numbers: dict[Expr, int] = {}
+    groups = tuple(
+        -1 if each.value is not None and not varies(each) else numbers.setdefault(each, len(numbers))
+        for each in coefficients
+    )
+    return PolynomialRows(tuple(terms), groups, formulas(coefficients), tuple(degrees))
