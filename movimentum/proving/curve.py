@@ -34,7 +34,7 @@ class Late(Exception):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class PathCurve:
     """``equation`` in SymPy's x and y is zero on the path; ``factors`` with multiplicities, as it is one of
     ``branches`` on which other assemblies of the mechanism lie.
     """
@@ -339,7 +339,7 @@ def _fraction_near(value: Any, mp: Any) -> Fraction | None:
     return near if abs(near - scaled) * 2 ** (BITS // 2) < max(1, abs(near)) else None
 
 
-def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: float) -> Curve:
+def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: float) -> PathCurve:
     """The equation of the path of (x, y), of the branch on which ``here`` lies; `Late` after ``end``."""
     import sympy as library
 
@@ -347,7 +347,7 @@ def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: f
     low = real_curve(chain, x, y, end)
     if low is not None:
         equation = _upright(low)
-        return Curve(int(equation.total_degree()), equation.as_expr(), ())
+        return PathCurve(int(equation.total_degree()), equation.as_expr(), ())
     finder = Finder(Sampler(chain.point, x, y), end)
     degree = finder.degree()
     X, Y = sympy.symbols("x y")
@@ -362,7 +362,7 @@ def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: f
     best = min(factors, key=lambda factor: _distance(factor, here))
     equation = _upright(best)
     others = tuple(factor.as_expr() for factor in factors if factor is not best)
-    return Curve(int(equation.total_degree()), equation.as_expr(), others)
+    return PathCurve(int(equation.total_degree()), equation.as_expr(), others)
 
 
 def _upright(equation: Any) -> Any:

@@ -11,13 +11,13 @@ from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, solved, understand
 
 if TYPE_CHECKING:
-    from movimentum.proving.curve import Curve
+    from movimentum.proving.curve import PathCurve
     from movimentum.source import SourceText
 
 SHARES = (0.37, 0.61, 0.137, 0.829)
 
 
-def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> Curve:
+def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> PathCurve:
     """The curve on which an anchor (``Thing.P``) moves in the script's first moving step.
 
     Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
