@@ -292,6 +292,8 @@ FAMILIES = {
     "constraint": "What holds, and what is free",
     "solve": "Finding the motion",
     "claim": "Claims",
+    "curve": "Curves",
+    "equations": "Equations and code",
     "wish": "Wishes",
     "fit": "Goals and requirements",
     "mesh": "Gears",
