@@ -6,6 +6,7 @@ A command lists its options in the order of its help. Those that belong to `Choi
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -50,6 +51,17 @@ Exit codes:
   3   the scene has no solution at some time
   70  a bug in Movimentum
   130 interrupted"""
+
+
+class FiniteRange(click.FloatRange):
+    """A number in a range; infinity and `nan` are none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number; a usage error for anything else."""
+        found = super().convert(value, param, ctx)
+        if not math.isfinite(found):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return found
 
 
 def together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:

@@ -13,6 +13,7 @@ from movimentum.cli.common import (
     SCRIPT,
     SPEECH,
     STRICT,
+    FiniteRange,
     carried_out,
     files,
     number,
@@ -53,7 +54,7 @@ Examples:
 )
 @click.option(
     "--snap-angle",
-    type=click.FloatRange(min=0, min_open=True, max=360),
+    type=FiniteRange(min=0, min_open=True, max=360),
     metavar="A",
     help="With --snap, make angles multiples of A degrees [default: 36].",
 )
@@ -126,13 +127,13 @@ Examples:
 @click.option("--at", type=number, metavar="T", help="The moment (linkages, dxf, stl) [default: the beginning].")
 @click.option(
     "--thickness",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     metavar="D",
     help="How thick parts are, in pixels (stl); one pixel is a millimetre.",
 )
 @click.option(
     "--hole",
-    type=click.FloatRange(min=0),
+    type=FiniteRange(min=0),
     metavar="D",
     help="The diameter of all holes, 0 for none (dxf, stl) [default: that of the pins, or 0.3 of the width].",
 )

@@ -144,7 +144,7 @@ def _dxf(scene: _Scene) -> Written:
     from movimentum.interop.shapes import not_as_drawn
 
     found = _shapes(scene)
-    return dxf_text(found, scene.poses), not_as_drawn(found)
+    return dxf_text(found, scene.poses), not_as_drawn(found, scene.how.hole)
 
 
 def _stl(scene: _Scene) -> Written:
@@ -152,7 +152,7 @@ def _stl(scene: _Scene) -> Written:
     from movimentum.interop.solids import stl_text
 
     found = _shapes(scene)
-    return stl_text(found, scene.how.thickness or 0.0, scene.poses), not_as_drawn(found)
+    return stl_text(found, scene.how.thickness or 0.0, scene.poses), not_as_drawn(found, scene.how.hole)
 
 
 def _parts(scene: _Scene) -> Written:

@@ -37,7 +37,7 @@ LARGE = {
 
 def run(folder: Path, script: str, *options: str):
     (folder / "arm.mov").write_text(script)
-    done = movimentum("run", "arm.mov", *options, cwd=folder)
+    done = movimentum("run", "arm.mov", *options, cwd=folder, timeout=600)  # 8,000 frames in high definition
     assert "Traceback" not in done.stderr
     return done
 

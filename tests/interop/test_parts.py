@@ -249,6 +249,28 @@ def test_parts_are_equal_whatever_their_anchors_are_called_and_only_then(folder:
     assert counts == {"A": 3, "B": 3, "Flipped": 3, "Other": 1, "Small": 1, "Large": 1}
 
 
+def test_a_hole_as_wide_as_its_part_is_left_out_and_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(folder, "export", "m.mov", "-o", "m.stl", "--thickness", "3", "--hole", "10") == 0
+    said = capsys.readouterr().err
+    assert said.count("holes of 10 are left out") == 2  # Crank and Twin; the plate is 20 wide
+    assert "help: --hole 5" in said
+    (crank, plate) = (solids(folder / "m.stl")[name] for name in ("Crank", "Plate"))
+    assert len(crank) < len(plate)
+    assert run(folder, "export", "m.mov", "-o", "m.stl", "--thickness", "3", "--hole", "9.9", "--strict", "-q") == 0
+
+
+@pytest.mark.parametrize(
+    "words", [("--hole", "nan"), ("--hole", "inf"), ("--thickness", "nan"), ("--thickness", "inf")]
+)
+def test_numbers_without_an_end_are_refused(
+    folder: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, "export", "m.mov", "-o", "x.stl", "--thickness", "3", *words) == 2
+    assert "is not a finite number" in capsys.readouterr().err
+    for scale in ("nan", "inf"):
+        assert run(folder, "run", "m.mov", "--for", "web", "--scale", scale) == 2
+
+
 @pytest.mark.parametrize("words", [("-o", "x.stl"), ("-o", "x.dxf", "--thickness", "3"), ("-o", "x.csv", "--at", "1")])
 def test_wrong_options_are_told(folder: Path, words: tuple[str, ...]) -> None:
     assert run(folder, "export", "m.mov", *words, "-q") == 2
