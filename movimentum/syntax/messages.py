@@ -137,7 +137,7 @@ def _definition_after(
 
 def expected_words(accepted: frozenset[str]) -> str:
     """What was expected there, in words, the likeliest first."""
-    names = set(accepted) - {"$END"}
+    names = set(accepted) - {"$END"} - ({"TABLE"} if "FUNCTION" in accepted else set[str]())
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
         return "a thing, a step or a statement"

@@ -126,7 +126,7 @@ def test_an_argument_of_any_kind_is_understood_or_refused(place: int, tmp_path: 
             lambda m: m.render("x.gif", frames="9:9"),
             "frames chooses none of the 4 frames (0 to 3)",
         ),
-        (lambda m: m.render("x.gif", scale="x"), "`scale` is a number, not 'x'"),
+        (lambda m: m.render("x.gif", scale="x"), "`scale` is a number or None, not 'x'"),
         (lambda m: m.render("x.gif", quality=5), '`quality` is "draft", "standard" or "high", not 5'),
         (lambda m: m.render("x.bmp"), 'help: "x.png"'),
         (lambda m: m.render("x.gif", trace=["Arm.Q"]), 'help: trace="Arm.'),

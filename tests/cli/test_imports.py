@@ -110,8 +110,16 @@ def test_every_library_that_the_package_imports_is_declared() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
     studio = [line for line in optional["studio"] if not line.startswith("websockets")]  # uvicorn imports that
-    declared = [*project["dependencies"], *optional["video"], *optional["highlight"], *optional["lsp"], *studio]
+    declared = [
+        *project["dependencies"],
+        *optional["video"],
+        *optional["highlight"],
+        *optional["lsp"],
+        *optional["notebook"],
+        *optional["prove"],
+        *studio,
+    ]
     names = {re.split(r"[^\w-]", line)[0].replace("-", "_") for line in declared}
-    names = {"PIL" if name == "pillow" else name for name in names}
-    # pytest loads the golden plugin, and nothing else does
-    assert imported - set(sys.stdlib_module_names) - {"movimentum", "pytest"} == names
+    names = {{"pillow": "PIL", "python_flint": "flint"}.get(name, name) for name in names}
+    # pytest loads the golden plugin, and nothing else does; anywidget brings traitlets
+    assert imported - set(sys.stdlib_module_names) - {"movimentum", "pytest", "traitlets"} == names

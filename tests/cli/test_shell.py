@@ -244,7 +244,7 @@ def completed(room: Path, *words: str) -> list[str]:
     return movimentum(env={"_MOVIMENTUM_COMPLETE": "bash_complete", **asked}, cwd=room).stdout.splitlines()
 
 
-@pytest.mark.parametrize("name", sorted(commands.commands.keys() - {"completion", "explain", "new"}))
+@pytest.mark.parametrize("name", sorted(commands.commands.keys() - {"completion", "explain", "lsp", "new"}))
 def test_names_of_files_are_completed(name: str, room: Path) -> None:
     assert completed(room, *words_of(name), "cra") == ["file,cra"]
 

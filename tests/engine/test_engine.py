@@ -177,7 +177,7 @@ def test_who_asks_for_one_more_value_has_nothing_followed_again(
 )
 def test_another_inequality_leaves_the_equations_as_they_were(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     made = _counting(monkeypatch, "movimentum.solver.reuse", "structure_of")
-    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "_scattered")
+    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "scattered_starts")
     path = ROOT / "scripts" / f"{name}.mov"
     text = path.read_text(encoding="utf-8")
     thing = next(thing.name for thing in Engine().revise(SourceText(str(path), text)).scene.things if thing.is_body)
@@ -227,7 +227,7 @@ def test_the_first_picture_looks_for_no_pose_but_the_one_next_to_it(monkeypatch:
     text = path.read_text(encoding="utf-8")
     engine = Engine()
     engine.revise(SourceText(str(path), text)).motion  # noqa: B018
-    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "_scattered")
+    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "scattered_starts")
     after = engine.revise(SourceText(str(path), text.replace("= -180*.t;", "= -181*.t;")))
     assert after.source.text != text
     shown = after.glimpse(Fraction(1, 2))

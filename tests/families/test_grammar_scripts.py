@@ -98,7 +98,7 @@ def test_every_rule_and_every_terminal_is_spelled() -> None:
             "step",
             "config",
             "follower",
-            "ground",
+            "placed",
             "part",
             "copy",
             "loop",
