@@ -10,7 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.editing.about import NO_FACTS, Facts
 from movimentum.editing.project import Project
 from movimentum.lsp.texts import EditedFiles, OpenText, Texts, uri_of
-from movimentum.lsp.work import BackgroundSolver, Told
+from movimentum.lsp.work import BackgroundSolver, KnownText
 from movimentum.source import FarSpan, Span
 
 _SEVERITIES = {
@@ -30,7 +30,7 @@ class State:
         self.found: dict[str, tuple[str, tuple[Diagnostic, ...]]] = {}
         """The text, and all that was last found about it."""
         self.facts: dict[str, Callable[[str], Facts]] = {}
-        self.told: dict[str, Told] = {}
+        self.told: dict[str, KnownText] = {}
         self._publish = publish
         self.solver = BackgroundSolver(
             lambda: EditedFiles(edited=self.texts), lambda told: soon(lambda: self._take(told))
@@ -73,7 +73,7 @@ class State:
 
     # --- diagnostics
 
-    def _take(self, told: Told) -> None:
+    def _take(self, told: KnownText) -> None:
         """Something was found out about a text, which may be outdated."""
         text = self.texts.open.get(told.path)
         if text is None or text.text != told.revision.source.text:
@@ -89,7 +89,7 @@ class State:
         shown = [self._diagnostic(text, each) for each in found]
         self._publish(types.PublishDiagnosticsParams(text.uri, shown, text.version))
 
-    def _real(self, told: Told) -> tuple[Diagnostic, ...]:
+    def _real(self, told: KnownText) -> tuple[Diagnostic, ...]:
         scene = told.revision.scene if told.revision.moves else None
         return told.found if scene is None else tuple(real(item, scene.source) for item in told.found)
 

@@ -23,7 +23,7 @@ SWITCH_S = 0.002
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Told:
+class KnownText:
     """What is known of a text: ``found`` so far; ``whole``: after everything was examined. ``facts`` of the last text
     that was solved.
     """
@@ -38,7 +38,7 @@ class Told:
 class BackgroundSolver:
     """Solves what is given to it; ``tell`` is called in its thread."""
 
-    def __init__(self, files: Callable[[], ScriptFiles], tell: Callable[[Told], None]) -> None:
+    def __init__(self, files: Callable[[], ScriptFiles], tell: Callable[[KnownText], None]) -> None:
         sys.setswitchinterval(SWITCH_S)
         self.files, self.tell = files, tell
         self._engines: dict[str, Engine] = {}
@@ -88,7 +88,7 @@ class BackgroundSolver:
             except Exception as problem:
                 traceback.print_exception(problem, file=sys.stderr)
                 words = f"a bug in Movimentum: {type(problem).__name__}: {problem}"
-                self.tell(Told(path, revision, (Diagnostic("internal/bug", Severity.ERROR, words),), whole=True))
+                self.tell(KnownText(path, revision, (Diagnostic("internal/bug", Severity.ERROR, words),), whole=True))
 
     def _unwanted(self, path: str, revision: Revision, given: int) -> bool:
         """Whether something newer waits: another text of this document, or another document."""
@@ -105,12 +105,12 @@ class BackgroundSolver:
         with cancellable(lambda: self._unwanted(path, revision, given)):
             for report in revision.reports():
                 if report.stage is Stage.SCENE or report.final:
-                    self.tell(Told(path, revision, report.diagnostics, report.final))
+                    self.tell(KnownText(path, revision, report.diagnostics, report.final))
                 if report.stage is Stage.PATH and not report.final:
                     try:
                         facts.prepare()
                     except MovimentumError:
                         continue
-                    self.tell(Told(path, revision, report.diagnostics, whole=False, facts=facts))
+                    self.tell(KnownText(path, revision, report.diagnostics, whole=False, facts=facts))
             if revision.diagnostics:
-                self.tell(Told(path, revision, revision.advice(ADVICE_S), whole=True))
+                self.tell(KnownText(path, revision, revision.advice(ADVICE_S), whole=True))

@@ -7,7 +7,7 @@ from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, number, time_text
 
 COMMANDS = CommandTable()
@@ -27,10 +27,12 @@ def why_not(session: Session, text: str) -> Answer:
         found = causes.why_not(session, text, PATIENCE_S)
     asked, when = text.strip().removesuffix(";"), time_text(float(session.time))
     if found.possible:
-        return session, Told(f"nothing forbids `{asked}` at t = {when}: with it as a statement there is a pose", found)
+        return session, AnswerWithData(
+            f"nothing forbids `{asked}` at t = {when}: with it as a statement there is a pose", found
+        )
     if not found.statements:
         words = f"`{asked}` is impossible by itself at t = {when}: no other statement is needed to forbid it"
-        return session, Told(words, found)
+        return session, AnswerWithData(words, found)
     how = (
         "without any one of them it can hold"
         if found.minimal
@@ -38,7 +40,7 @@ def why_not(session: Session, text: str) -> Answer:
     )
     rows = [f"   line {line}: `{statement}`" for line, statement in found.statements]
     words = "\n".join([f"`{asked}` is forbidden at t = {when} by these together ({how}):", *rows])
-    return session, Told(words, found)
+    return session, AnswerWithData(words, found)
 
 
 @COMMANDS.add("bisect")
@@ -50,11 +52,11 @@ def bisect(session: Session, argument: str) -> Answer:
     _ = session.work.motion  # errors of spelling are told by `check`
     found = causes.bisect(session, PATIENCE_S)
     if found.size == 0:
-        return session, Told("the film has no error: there is nothing to mend", found)
+        return session, AnswerWithData("the film has no error: there is nothing to mend", found)
     short = f"time was up after {counted(found.tried, 'change')} of {found.all}" if found.tried < found.all else ""
     if not found.fixes:
         whole = f"{counted(found.tried, 'change')} of one or two statements were tried, and none mends the film"
-        return session, Told(short + ", and none of them mends the film" if short else whole, found)
+        return session, AnswerWithData(short + ", and none of them mends the film" if short else whole, found)
     many = "one change of a statement" if found.size == 1 else "changes of two statements"
     rest = short or f"all {found.tried} of that size and smaller were tried"
     suggestions: tuple[str | Fix, ...] = found.fixes[:MOST_FIXES]
@@ -62,7 +64,7 @@ def bisect(session: Session, argument: str) -> Answer:
     more = len(found.fixes) - MOST_FIXES
     rows += [f"and {more} more"] if more > 0 else []
     words = "\n".join([f"{many} mends the film ({rest}):", *rows])
-    return replace(session, suggestions=suggestions), Told(words, found)
+    return replace(session, suggestions=suggestions), AnswerWithData(words, found)
 
 
 @COMMANDS.add("blame EXPR")
@@ -76,7 +78,7 @@ def blame(session: Session, argument: str) -> Answer:
     with at_the_prompt(session, text):
         found = causes.blame(session, text)
     if not found:
-        return session, Told(f"no statement and no length changes `{text}` at this moment", found)
+        return session, AnswerWithData(f"no statement and no length changes `{text}` at this moment", found)
     head = ["changes by", "for one", "line", "of"]
     rows = [
         [
@@ -89,7 +91,7 @@ def blame(session: Session, argument: str) -> Answer:
     ]
     note = ["(nothing alone: other statements say the same, so it cannot be changed by itself)"]
     words = "\n".join([table([head, *rows]), *note * any(item.rates is None for item in found)])
-    return session, Told(words, found)
+    return session, AnswerWithData(words, found)
 
 
 def _vector(rates: tuple[float, ...]) -> str:
@@ -112,4 +114,4 @@ def trace(session: Session, argument: str) -> Answer:
         lines += [f"       {item.choice}"] if item.choice else []
         shown = [f"{name} = {_vector(value)}" for name, value in item.values[:6]]
         lines += [f"       -> {', '.join(shown)}"] if shown else []
-    return session, Told("\n".join(lines) or "nothing is solved for at this moment", found)
+    return session, AnswerWithData("\n".join(lines) or "nothing is solved for at this moment", found)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from movimentum.records import dataclass
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 
 Answer = tuple[Session, str]
 """The session afterwards, and the answer."""
@@ -44,7 +44,7 @@ def table(columns: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset
             cell.rjust(w) if i in right else cell.ljust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
-    return Told("\n".join(lines), columns)
+    return AnswerWithData("\n".join(lines), columns)
 
 
 def split_output(argument: str, suffixes: Sequence[str]) -> tuple[str, str | None]:

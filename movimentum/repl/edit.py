@@ -12,7 +12,7 @@ from movimentum.errors import MovimentumError, ScriptError
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain
 from movimentum.repl.session import Session, refused, typed
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
 from movimentum.source import edited
@@ -27,7 +27,9 @@ def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
     suggestions: list[str | Fix] = []
     numbered = [_numbered(item, suggestions) for item in diagnostics]
     text = render_text(numbered, session.work.source).rstrip("\n")
-    return replace(session, suggestions=tuple(suggestions)), Told(text, to_json(numbered, session.work.source))
+    return replace(session, suggestions=tuple(suggestions)), AnswerWithData(
+        text, to_json(numbered, session.work.source)
+    )
 
 
 def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:

@@ -18,7 +18,7 @@ from movimentum.repl.causes import why_not
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.scene.copy_edits import in_script, written_once
 from movimentum.scene.text_edits import turned_round
 from movimentum.solver.basis.pose_state import Snapshot
@@ -49,7 +49,7 @@ def why(session: Session, argument: str) -> Answer:
         members = ", ".join(names[:6])
         lines.append(f"     not determined by that alone: block {block} ({members}) leaves free motion, which is least")
     lines += [f"     `{name}` stays as drawn: nothing in this step says otherwise" for name in found.drawn]
-    return session, Told("\n".join(lines) or f"nothing in this step says anything about `{text}`", found)
+    return session, AnswerWithData("\n".join(lines) or f"nothing in this step says anything about `{text}`", found)
 
 
 @COMMANDS.add("formula NAME")
@@ -72,7 +72,7 @@ def formula(session: Session, argument: str) -> Answer:
             lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
     since = time_text(float(session.segment_motion.segment.start))
     lines.append(f"(t counts from {since}, where this step begins; angles in radians inside)")
-    return session, Told("\n".join(lines), {label: str(found) for label, found in formulas})
+    return session, AnswerWithData("\n".join(lines), {label: str(found) for label, found in formulas})
 
 
 @COMMANDS.add("explain [CODE]")
@@ -238,7 +238,7 @@ def solutions(session: Session, argument: str) -> Answer:
     plain(rest, "solutions")
     found = session.solutions()
     if not found:
-        return session, Told("there is one solution only at this moment", found)
+        return session, AnswerWithData("there is one solution only at this moment", found)
     scene = session.work.scene
     lines: list[str] = [f"{session.no_pose}; without the inequalities that reject them:"] if session.no_pose else []
     suggestions: list[str | Fix] = []
@@ -271,7 +271,7 @@ def solutions(session: Session, argument: str) -> Answer:
         with whole_file(session.refuse_overwriting(target)) as part_file:
             write_thumbnails(scene, poses, part_file)
         lines.append(f"wrote {target}")
-    return replace(session, suggestions=tuple(suggestions)), Told("\n".join(lines), found)
+    return replace(session, suggestions=tuple(suggestions)), AnswerWithData("\n".join(lines), found)
 
 
 def _other_side(session: Session, constraint: int) -> Fix | None:

@@ -12,7 +12,7 @@ from movimentum.output.merging import Clash, Merged, merged
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, number, time_text
@@ -46,7 +46,7 @@ def _moved_anchors(session: Session) -> str:
         rows.append([item.anchor, number(item.amount), *times])
     lines = [table(rows)] if found.moved else ["no anchor moves differently"]
     lines += [f"only in the film {where}: {', '.join(names)}" for where, names in found.only if names]
-    return Told("\n".join(lines), found)
+    return AnswerWithData("\n".join(lines), found)
 
 
 def _difference(before: str, after: str, name: str) -> str:

@@ -17,7 +17,7 @@ from movimentum.query import reader
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
@@ -33,7 +33,7 @@ def shown_values(session: Session, texts: Sequence[str]) -> str:
     poses = session.poses()
     found = {text: query(session, text).values(poses)[0].tolist() for text in texts}
     lines = [_shown(session, text, components) for text, components in found.items()]
-    return _with_caveat(session, Told("\n".join(lines), found))
+    return _with_caveat(session, AnswerWithData("\n".join(lines), found))
 
 
 def _with_caveat(session: Session, text: str) -> str:
@@ -41,7 +41,7 @@ def _with_caveat(session: Session, text: str) -> str:
     if not caveat or not text:
         return text
     said = f"{caveat}\n{text}"
-    return Told(said, {"caveat": caveat, "shown": text.data}) if isinstance(text, Told) else said
+    return AnswerWithData(said, {"caveat": caveat, "shown": text.data}) if isinstance(text, AnswerWithData) else said
 
 
 def _shown(session: Session, text: str, components: Sequence[float]) -> str:

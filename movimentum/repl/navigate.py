@@ -9,7 +9,7 @@ from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, rational, time_text
 
 COMMANDS = CommandTable()
@@ -36,7 +36,7 @@ def moved(session: Session, time: Fraction) -> Answer:
     """The session at another time, and where that is."""
     session = session.at(time)
     place = {"time": session.time, "frame": session.frame, "step": session.step, "solved": session.standing.solved}
-    return session, Told(where(session), place)
+    return session, AnswerWithData(where(session), place)
 
 
 @COMMANDS.add("at T")

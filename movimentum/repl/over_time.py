@@ -10,7 +10,7 @@ from movimentum.repl.expressions import at_the_prompt, condition, times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.navigate import moved
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, number
 from movimentum.workflow.over_time import extremes
 
@@ -37,7 +37,7 @@ def when(session: Session, argument: str) -> Answer:
     for first, last in found.holding:
         lines.append(f"from t = {exact(first)} to {exact(last)}")
     text = argument.strip().removesuffix(";")
-    return session, Told("\n".join(lines) or f"`{text}` never holds; {_range(session, text)}", found)
+    return session, AnswerWithData("\n".join(lines) or f"`{text}` never holds; {_range(session, text)}", found)
 
 
 def _range(session: Session, text: str) -> str:
@@ -139,7 +139,7 @@ def _extreme(session: Session, argument: str, command: str, *, largest: bool) ->
         else f"{name} is {word} at t = {exact(item.time)}: {number(item.value, 13)}"
         for name, item in zip(names, found, strict=True)
     ]  # fmt: skip
-    return session, Told("\n".join(lines), dict(zip(names, found, strict=True)))
+    return session, AnswerWithData("\n".join(lines), dict(zip(names, found, strict=True)))
 
 
 @COMMANDS.add("watch [EXPR]")

@@ -15,7 +15,7 @@ from movimentum.errors import ScriptError
 from movimentum.repl.command import Answer, CommandTable
 from movimentum.repl.edit import changed
 from movimentum.repl.session import Session, refused, typed
-from movimentum.repl.told import Told
+from movimentum.repl.told import AnswerWithData
 from movimentum.scene.copy_edits import in_script
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.text_edits import added
@@ -54,7 +54,7 @@ def listed(session: Session, argument: str) -> Answer:
         for number, text in enumerate(lines, 1)
         if first <= number <= last
     ]
-    return session, Told("\n".join(rows), lines[first - 1 : last])
+    return session, AnswerWithData("\n".join(rows), lines[first - 1 : last])
 
 
 @COMMANDS.add("edit [LINE [TEXT]]")

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,13 +18,13 @@ LEFT_OUT = frozenset({"pose", "edits", "tried_on"})
 """Fields of data that are for programs inside: whole poses, places in a text."""
 
 
-class Told(str):
+class AnswerWithData(str):
     """An answer in words, and its ``data``: records, numbers, lists of them."""
 
     __slots__ = ("data",)
     data: Any
 
-    def __new__(cls, text: str, data: Any) -> Told:
+    def __new__(cls, text: str, data: Any) -> AnswerWithData:
         """``text`` with its ``data``."""
         made = super().__new__(cls, text)
         made.data = data
@@ -34,7 +34,7 @@ class Told(str):
 def plain_data(value: Any) -> Any:
     """Data as JSON has it: records are objects, exact times are numbers, what is no finite number is null."""
     match value:
-        case Told():
+        case AnswerWithData():
             return plain_data(value.data)
         case Enum():
             return value.value
@@ -49,11 +49,10 @@ def plain_data(value: Any) -> Any:
         case Fix():
             return value.title
         case dict():
-            items: dict[Any, Any] = value
+            items = cast("dict[Any, Any]", value)
             return {str(key): plain_data(item) for key, item in items.items()}
         case list() | tuple():
-            each: Sequence[Any] = value
-            return [plain_data(item) for item in each]
+            return [plain_data(item) for item in cast("Sequence[Any]", value)]
         case _ if dataclasses.is_dataclass(value) or hasattr(value, "__dataclass_fields__"):
             names = [name for name in value.__dataclass_fields__ if name not in LEFT_OUT]
             return {name: plain_data(getattr(value, name)) for name in names}
@@ -70,7 +69,7 @@ def as_json(command: str, time: float | None, answer: str | None, problem: Probl
     line: dict[str, Any] = {"command": command, "done": problem is None, "time": time}
     if answer is not None:
         line["text"] = str(answer)
-        if isinstance(answer, Told):
+        if isinstance(answer, AnswerWithData):
             line["answer"] = plain_data(answer)
     if problem is not None:
         line["diagnostics"] = problem

@@ -27,7 +27,7 @@ from movimentum.studio.messages import (
 from movimentum.studio.security import OutsideFolder, inside, outside_files
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.exchange import exported
+from movimentum.workflow.exchange import Export, exported
 from movimentum.workflow.read import mentioned_files, read
 from movimentum.workflow.samples import gallery
 
@@ -261,7 +261,7 @@ class ScriptFile:
                 raise OutsideFolder("a linkage file's name ends in .txt")
             if outside_files(Path(self.path).parent, mentioned_files(source)):
                 raise OutsideFolder("the script uses a file that is not below its folder")
-            exported(source, target, "linkages", Fraction(wanted.time).limit_denominator(10**6), choices)
+            exported(source, target, Export("linkages", Fraction(wanted.time).limit_denominator(10**6)), choices)
         except (MovimentumError, OutsideFolder) as problem:
             words = problem.diagnostics[0].message if isinstance(problem, MovimentumError) else str(problem)
             self._send(Notice(f"Not saved: {words}.", "error"))
