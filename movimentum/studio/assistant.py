@@ -59,7 +59,7 @@ class Assistant:
         """A file that the script uses is another one."""
         self._waiting.put(self._forget)
 
-    def take(self, message: Any) -> bool:
+    def take(self, message: m.FromPage) -> bool:
         """Answer a message, if it is a question about the text."""
         answer = self._answers.get(type(message))
         if answer is not None:
