@@ -6,6 +6,7 @@ A command lists its options in the order of its help. Those that belong to `Choi
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -50,6 +51,17 @@ Exit codes:
   3   the scene has no solution at some time
   70  a bug in Movimentum
   130 interrupted"""
+
+
+class FiniteRange(click.FloatRange):
+    """A number in a range; infinity and `nan` are none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number; a usage error for anything else."""
+        found = super().convert(value, param, ctx)
+        if not math.isfinite(found):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return found
 
 
 def together(*decorators: Callable[[Any], Any]) -> Callable[[F], F]:
@@ -305,11 +317,18 @@ def far_frames(dask: str | None, console: Console) -> Generator[FarFrames | None
         yield elsewhere
 
 
-def carried_out(console: Console, script: str, work: Callable[[SourceText], Outcome]) -> Outcome:
-    """The outcome of ``work`` on the script; its diagnostics are shown with the script's lines, and so are errors."""
+def carried_out(
+    console: Console,
+    script: str,
+    work: Callable[[SourceText], Outcome],
+    reading: Callable[[str], SourceText] | None = None,
+) -> Outcome:
+    """The outcome of ``work`` on the script; its diagnostics are shown with the script's lines, and so are errors.
+    ``reading``: how the file is read, if it is no script.
+    """
     from movimentum.workflow.read import read
 
-    source = read(script)
+    source = (reading or read)(script)
     with errors_in(source), console.working("working"):
         outcome = work(source)
     console.show(outcome.diagnostics, source)

@@ -13,6 +13,7 @@ from movimentum.cli.common import (
     SCRIPT,
     SPEECH,
     STRICT,
+    FiniteRange,
     carried_out,
     files,
     number,
@@ -53,7 +54,7 @@ Examples:
 )
 @click.option(
     "--snap-angle",
-    type=click.FloatRange(min=0, min_open=True, max=360),
+    type=FiniteRange(min=0, min_open=True, max=360),
     metavar="A",
     help="With --snap, make angles multiples of A degrees [default: 36].",
 )
@@ -83,13 +84,13 @@ def import_(
 
     The content of FILE decides which of these it is.
     """
-    from movimentum.workflow.exchange import Import, imported
+    from movimentum.workflow.exchange import Import, imported, read_foreign
 
     if snap_angle is not None and not snap:
         raise click.UsageError("--snap-angle needs --snap.")
     target = output_or_stdout(file, output, ".mov")
     how = Import(snap, 36.0 if snap_angle is None else snap_angle, drives)
-    outcome = carried_out(console, file, lambda source: imported(source, target, how, strict))
+    outcome = carried_out(console, file, lambda source: imported(source, target, how, strict), read_foreign)
     if target is not None:
         console.say(f"{target}: written; look at it with `movimentum check {typed(target)}`")
     return outcome.exit_code
@@ -126,13 +127,13 @@ Examples:
 @click.option("--at", type=number, metavar="T", help="The moment (linkages, dxf, stl) [default: the beginning].")
 @click.option(
     "--thickness",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     metavar="D",
     help="How thick parts are, in pixels (stl); one pixel is a millimetre.",
 )
 @click.option(
     "--hole",
-    type=click.FloatRange(min=0),
+    type=FiniteRange(min=0),
     metavar="D",
     help="The diameter of all holes, 0 for none (dxf, stl) [default: that of the pins, or 0.3 of the width].",
 )

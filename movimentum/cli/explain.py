@@ -49,5 +49,5 @@ def explain(console: Console, *, codes: tuple[str, ...], form: str) -> int:
         shown = found or list(messages.explanations().values())
         answer_json(json.dumps({"codes": [asdict(each) for each in shown]}, indent=2))
     else:
-        answer("\n\n\n".join(each.text for each in found) if found else messages.listing())
+        answer(("\n\n\n".join(each.text for each in found) if found else messages.listing()).rstrip("\n") + "\n")
     return 0

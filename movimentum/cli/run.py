@@ -20,6 +20,7 @@ from movimentum.cli.common import (
     SCRIPT,
     SPEECH,
     STRICT,
+    FiniteRange,
     anchor,
     carried_out,
     far_frames,
@@ -77,7 +78,7 @@ Examples:
 )
 @click.option(
     "--scale",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     metavar="S",
     help="Enlarge the picture S times.",
 )

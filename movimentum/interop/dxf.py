@@ -12,7 +12,7 @@ from typing import Any
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.parts import Point, hull
 from movimentum.errors import ScriptError, usage_error
-from movimentum.interop.shapes import Shape
+from movimentum.interop.shapes import Shape, rounded
 from movimentum.records import dataclass, field
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
@@ -105,11 +105,9 @@ def dxf_script(source: SourceText, title: str) -> tuple[str, tuple[Diagnostic, .
     if not things:
         message = f"{source.path} has no lines, polylines or circles in its model space"
         raise ScriptError([Diagnostic("import/dxf", Severity.ERROR, message)])
-    found = tuple(
-        Diagnostic("import/left-out", Severity.WARNING, f"{count} × {kind}: a script has nothing of that kind")
-        for kind, count in sorted(skipped.items())
-    )
-    return _script(things, title), found
+    told = [f"{count} × {kind}: a script has nothing of that kind" for kind, count in sorted(skipped.items())]
+    told += [f"`{thing.name}`: {thing.lost}" for thing in things if thing.lost]
+    return _script(things, title), tuple(Diagnostic("import/left-out", Severity.WARNING, each) for each in told)
 
 
 def _take(entity: Any, drawn: _Layer) -> bool:
@@ -158,6 +156,8 @@ class _Thing:
     places: tuple[Point, ...]
     options: str
     still: bool
+    lost: str = ""
+    """What of the drawing the thing cannot have."""
 
 
 def _things(layers: dict[str, _Layer]) -> list[_Thing]:
@@ -167,25 +167,38 @@ def _things(layers: dict[str, _Layer]) -> list[_Thing]:
         still = layer.lower() in ("ground", "frame", "base")
         circles = list(drawn.circles)
         for points, closed, radius in drawn.lines:
-            inside = [centre for centre, _ in circles if closed and _within(centre, points, radius)]
+            lost = "its arcs are straight lines" if radius else ""
+            centres = (centre for centre, _ in circles if closed and _within(centre, points, radius))
+            inside = list(dict.fromkeys(centres))
             if closed and len(inside) > 1:
-                places = tuple(dict.fromkeys(inside))
+                places = tuple(inside)
                 words = ".bar" if len(hull(places)) == 2 else ".plate"  # a line with round ends
                 options = f" .width({float_text(_short(2.0 * radius))})" if radius else ""
+                lost = "" if _is_around(points, places, radius) else "it has its circles, but not its outline"
             elif closed and len(points) > 2:
-                words, places, options = ".polygon", tuple(points), ""
+                held = [each for each in inside if each not in points]
+                words, places = ".polygon", (*points, *held)
+                corners = ", ".join(f"P{k}" for k in range(1, len(points) + 1))
+                options = f" .through({corners})" if held else ""
             else:
                 words, places, options = ".bar", tuple(points), ""
             pins = {*inside, *places}
             circles = [each for each in circles if each[0] not in pins]
-            found.append(_Thing(_named(layer, taken), words, places, options, still))
-        centres: dict[Point, float] = {}
+            found.append(_Thing(_named(layer, taken), words, places, options, still, lost))
+        alone: dict[Point, float] = {}
         for centre, radius in circles:
-            centres[centre] = max(radius, centres.get(centre, 0.0))
-        for centre, radius in centres.items():
+            alone[centre] = max(radius, alone.get(centre, 0.0))
+        for centre, radius in alone.items():
             words = f".disc({float_text(radius)})"
             found.append(_Thing(_named(layer, taken), words, (centre,), "", still))
     return found
+
+
+def _is_around(points: list[Point], places: tuple[Point, ...], radius: float) -> bool:
+    """Whether an outline is what the film shows of a bar or a plate with these anchors."""
+    drawn = rounded(hull(places), radius)
+    near = SAME_PLACE_OF_DRAWING * max(1.0, *(abs(value) for point in points for value in point))
+    return all(any(math.dist(point, corner[:2]) <= near for corner in drawn) for point in points)
 
 
 def _within(place: Point, points: list[Point], radius: float) -> bool:

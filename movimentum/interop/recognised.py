@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from enum import StrEnum
 from pathlib import Path
@@ -39,6 +40,31 @@ def without_comments(text: str) -> str:
     return "".join([*parts, text[place:]])
 
 
+def binary_drawing(data: bytes) -> str:
+    """What kind of drawing that is no text a file is, or nothing."""
+    if data.startswith(b"AutoCAD Binary DXF"):
+        return "a binary DXF"
+    return "a DWG, which only CAD programs read" if re.match(rb"AC10\d\d\0", data) else ""
+
+
+def code_page_of_dxf(data: bytes) -> str | None:
+    """The encoding of a DXF that is not in UTF-8, as its head names it (else that of Western Europe); None for other
+    files.
+    """
+    text = data.decode("latin-1")
+    if not _DXF.match(text):
+        return None
+    named = _CODE_PAGE.search(text)
+    name = "1252" if named is None else named[1]
+    for encoding in (f"cp{name}", name):  # ANSI_936 is cp936, Python's name for GBK
+        try:
+            codecs.lookup(encoding)
+        except LookupError:
+            continue
+        return encoding
+    return "cp1252"
+
+
 class FileKind(StrEnum):
     """What can be imported."""
 
@@ -63,6 +89,7 @@ class FileKind(StrEnum):
 
 
 _DXF = re.compile(r"(?:\s*999[^\S\r\n]*\r?\n[^\r\n]*\r?\n)*\s*0[^\S\r\n]*\r?\n\s*SECTION\b")
+_CODE_PAGE = re.compile(r"\$DWGCODEPAGE[^\S\r\n]*\r?\n\s*3[^\S\r\n]*\r?\n[^\S\r\n]*(?:ANSI|DOS)?_?(\w+)", re.IGNORECASE)
 _LINKAGE2 = re.compile(r"\s*(?:<\?xml[^>]*>\s*)?<linkage2\b")
 _PMKS = re.compile(
     r"(?:^|[\r\n])[ \t]*\w+(?:[ \t]*[, \t][ \t]*\w+)*[ \t]*[, \t][ \t]*(?:RP|R|P|G)[ \t]*[, \t][ \t]*[-+.\d]"

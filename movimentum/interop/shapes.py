@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.figures import FIGURES, drawn_points
 from movimentum.drawing.parts import PartForm, Point, hull
 from movimentum.records import dataclass
@@ -77,14 +78,15 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
         if not thing.is_body or thing.kind.word not in CUT or not thing.anchors:
             continue
         points = drawn_points(thing)
-        radius = _hole_radius(thing) if hole is None else hole / 2.0
+        radius = _hole_radius(thing, hole)
         if thing.kind.word == "disc":
             assert isinstance(thing.own, Round)
             size = thing.radius or 0.0
             yield Shape(thing, (), (points[0], size), _holes(thing, radius, size))
         elif thing.kind.word in ("bar", "plate"):
-            corners = _rounded(hull(points), thing.look.width / 2.0)
-            yield Shape(thing, corners, None, _holes(thing, radius, math.inf))
+            corners = rounded(hull(points), thing.look.width / 2.0)
+            holes = _holes(thing, radius, math.inf) if _fits(thing, radius) else ()
+            yield Shape(thing, corners, None, holes)
         else:
             outlines = [each for each in FIGURES[thing.kind.word](thing, points) if each.form is PartForm.FILL]
             for outline in outlines[:1]:
@@ -95,7 +97,35 @@ CUT = ("bar", "plate", "disc", "polygon", "gear", "rack")
 """Kinds that are shapes of a sheet."""
 
 
-def _hole_radius(thing: Thing) -> float:
+def not_as_drawn(shapes: Iterable[Shape], hole: float | None = None) -> tuple[Diagnostic, ...]:
+    """Warnings about bars with a bend (the film shows their links one by one, and the shape is what is around all), and
+    about holes that are as wide as their bar or plate.
+    """
+    found: list[Diagnostic] = []
+    for shape in shapes:
+        thing = shape.thing
+        if thing.kind.word not in ("bar", "plate"):
+            continue
+        if thing.kind.word == "bar" and len(hull(drawn_points(thing))) > 2:
+            message = f"`{thing.name}` has a bend, and its shape is filled between its anchors as that of a plate"
+            advice = "make it of straight bars that are joined, or a `.polygon` with its corners"
+            found.append(Diagnostic("export/left-out", Severity.WARNING, message, thing.name_span, helps=(advice,)))
+        radius = _hole_radius(thing, hole)
+        if not _fits(thing, radius):
+            message = f"`{thing.name}` is {thing.look.width:g} wide: holes of {2.0 * radius:g} are left out"
+            advice = f"--hole {0.5 * thing.look.width:g}"
+            found.append(Diagnostic("export/left-out", Severity.WARNING, message, thing.name_span, helps=(advice,)))
+    return tuple(found)
+
+
+def _fits(thing: Thing, radius: float) -> bool:
+    """Whether a hole at the end of a bar, or at the corner of a plate, leaves something around it."""
+    return radius < thing.look.width / 2.0
+
+
+def _hole_radius(thing: Thing, hole: float | None) -> float:
+    if hole is not None:
+        return hole / 2.0
     if thing.look.pins is not None:
         return thing.look.pins
     return HOLE * (0.5 * thing.look.width if thing.kind.word != "disc" else min(thing.radius or 0.0, 10.0))
@@ -112,7 +142,7 @@ def _holes(thing: Thing, radius: float, within: float) -> tuple[tuple[Point, flo
     return tuple(found)
 
 
-def _rounded(corners: list[Point], radius: float) -> tuple[tuple[float, float, float], ...]:
+def rounded(corners: list[Point], radius: float) -> tuple[tuple[float, float, float], ...]:
     """Everything within ``radius`` of a convex polygon (or of a line): its sides, moved out, joined by arcs."""
     found: list[tuple[float, float, float]] = []
     count = len(corners)

@@ -102,7 +102,7 @@ class _Sheet:
                 continue
             counts = {each: line.count(each) for each in "\t;,"}
             separator = next((each for each in "\t;" if counts[each]), ",")
-            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+            cells = [cell.strip() for cell in _cells(path, number, line, separator)]
             if all(_number(cell.replace(",", ".")) is not None for cell in cells):
                 return _Sheet(path, text, tuple(str(k + 1) for k in range(len(cells))), separator, number)
             return _Sheet(path, text, tuple(cells), separator, number + 1)
@@ -116,7 +116,7 @@ class _Sheet:
         if count:
             raise _Fault(_wrong("table/column", f"{self.path} has {count} columns `{name}`", label=which))
         guess = nearest(name, self.names)
-        has = listed([f"`{each}`" for each in self.names], 8)
+        has = listed([f"`{_shown(each)}`" for each in self.names], 8)
         helps = (f"did you mean `{guess}`?",) if guess else ()
         raise _Fault(_wrong("table/column", f"{self.path} has no column `{name}`; it has {has}", *helps, label=which))
 
@@ -142,7 +142,7 @@ class _Sheet:
         lines = io.StringIO(self.text, newline=None)
         for number, line in enumerate(lines, 1):
             if number >= self.first and line.strip() and not line.startswith("#"):
-                yield number, next(csv.reader([line], delimiter=self.separator))
+                yield number, _cells(self.path, number, line, self.separator)
 
     def _value(self, number: int, cells: Sequence[str], place: int) -> float:
         cell = cells[place].strip() if place < len(cells) else ""
@@ -151,11 +151,26 @@ class _Sheet:
             return value
         where = f"{self.path}, line {number}: "
         if _number(cell.replace(",", ".", 1)) is not None:
-            message = f"{where}`{cell}` has a decimal comma"
+            message = f"{where}`{_shown(cell)}` has a decimal comma"
             raise _Fault(_wrong("table/value", message, f"write `{cell.replace(',', '.')}`"))
-        shown = f"`{cell}`" if cell else "nothing"
-        message = f"{where}{shown} is not a number for `{self.names[place]}`"
+        if cell:
+            message = f"{where}`{_shown(cell)}` is not a number for `{self.names[place]}`"
+        else:
+            message = f"{where}there is no number for `{self.names[place]}`"
         raise _Fault(_wrong("table/value", message, "write a number, or leave out the row"))
+
+
+def _cells(path: str, number: int, line: str, separator: str) -> Sequence[str]:
+    """The cells of a line; `_Fault` if the reader of CSV refuses it, such as for a cell of 131,073 characters."""
+    try:
+        return next(csv.reader([line], delimiter=separator))
+    except csv.Error as error:
+        raise _Fault(_wrong("table/value", f"{path}, line {number} is no line of a table: {error}")) from None
+
+
+def _shown(text: str) -> str:
+    """A cell as messages show it: of a long one, its beginning."""
+    return text if len(text) <= 40 else f"{text[:39]}…"
 
 
 def _number(text: str) -> float | None:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import ScriptError, usage_error
+from movimentum.errors import ScriptError, script_error, usage_error
 from movimentum.output.text import write_text
 from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.terminal import visible
 from movimentum.workflow.choices import Choices, Outcome
-from movimentum.workflow.read import reads
+from movimentum.workflow.read import decoded, read_bytes, reads
 from movimentum.workflow.stages import Solution, arranged, judged, solved, understand
 
 if TYPE_CHECKING:
@@ -32,6 +32,25 @@ class Import:
     snap: bool = False
     snap_angle: float = 36.0
     drives: tuple[tuple[int, int], ...] = ()
+
+
+def read_foreign(path: str) -> SourceText:
+    """The file to import at ``path`` (``-`` is stdin): text in UTF-8, or a DXF in the code page that it names; errors
+    as in `read`, and ``import/dxf`` for drawings that are no text.
+    """
+    data = read_bytes(path)
+    try:
+        return decoded(data, path)
+    except ScriptError:
+        from movimentum.interop.recognised import binary_drawing, code_page_of_dxf
+
+        binary = binary_drawing(data)
+        if binary:
+            raise script_error("import/dxf", f"{path} is {binary}", "save it as DXF (text, R2000 or later)") from None
+        page = code_page_of_dxf(data)
+        if page is None:
+            raise
+        return SourceText(path, data.decode(page, "replace"))
 
 
 def imported(source: SourceText, target: Path | None, how: Import, strict: bool) -> Outcome:
@@ -122,14 +141,18 @@ def _shapes(scene: _Scene) -> list[Shape]:
 
 def _dxf(scene: _Scene) -> Written:
     from movimentum.interop.dxf import dxf_text
+    from movimentum.interop.shapes import not_as_drawn
 
-    return dxf_text(_shapes(scene), scene.poses), ()
+    found = _shapes(scene)
+    return dxf_text(found, scene.poses), not_as_drawn(found, scene.how.hole)
 
 
 def _stl(scene: _Scene) -> Written:
+    from movimentum.interop.shapes import not_as_drawn
     from movimentum.interop.solids import stl_text
 
-    return stl_text(_shapes(scene), scene.how.thickness or 0.0, scene.poses), ()
+    found = _shapes(scene)
+    return stl_text(found, scene.how.thickness or 0.0, scene.poses), not_as_drawn(found, scene.how.hole)
 
 
 def _parts(scene: _Scene) -> Written:
@@ -163,7 +186,7 @@ def exported(source: SourceText, target: Path | None, how: Export, choices: Choi
         raise usage_error("usage/at", f"time {moment} is outside the film, {timeline.start} to {timeline.end}")
     scene = _Scene(visible(Path(source.path).name), timeline, solution, moment, how)
     each = form == "stl" and target is not None and "%s" in target.name
-    text, found = ("", ()) if each else FORMS[form](scene)
+    text, found = FORMS[form](scene)
     found, warned = judged((*solution.diagnostics, *found), choices)
     if warned:
         raise ScriptError(found)

@@ -123,6 +123,7 @@ PLACES: dict[str, Place] = {
             (".webp", "its thumbnails are stills"),
             (".mp4", "it takes no MP4: WebM is free of patents"),
             (".html", "it takes no pages"),
+            (".pdf", "it shows a PDF page by page"),
         ),
     ),
     "slides": Place(
@@ -145,6 +146,7 @@ PLACES: dict[str, Place] = {
             (".apng", "it stands still there"),
             (".svg", "it stands still there"),
             (".html", "they show no pages"),
+            (".pdf", "it stands still there"),
         ),
     ),
     "latex": Place(
@@ -185,6 +187,7 @@ PLACES: dict[str, Place] = {
             ),
         ),
         Taken("{}.svg", "an SVG is sharp, and loads fastest"),
+        refuses=((".pdf", "a page shows no film of it"),),
     ),
     "social": Place(
         "social media",
@@ -215,7 +218,7 @@ PLACES: dict[str, Place] = {
         ),
         Taken("{}.png", "a still", box=(1080, 1350), enlarged=8.0, shapes=((1080, 1080), (1080, 1350)), clear=False),
         refuses=tuple(
-            (suffix, "they do not show it as a film") for suffix in (".svg", ".html", ".apng", ".webp", ".webm")
+            (suffix, "they do not show it as a film") for suffix in (".svg", ".html", ".apng", ".webp", ".webm", ".pdf")
         ),
     ),
 }

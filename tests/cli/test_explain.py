@@ -22,12 +22,14 @@ def test_the_example_of_a_code_says_the_code(capsys: pytest.CaptureFixture[str])
     for code, each in messages.explanations().items():
         said = explained(capsys, code)
         assert said.startswith(code)
+        assert said.endswith("\n")
         assert each.meaning in said
         assert not each.examples or any(f"[{code}]" in example for example in each.examples), code
 
 
 def test_the_list_has_every_code_with_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     listed = explained(capsys)
+    assert listed.endswith(".\n")
     for code, each in messages.explanations().items():
         assert any(line.split()[:1] == [code] and line.endswith(each.summary) for line in listed.splitlines()), code
 

@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from movimentum.records import replace
 from movimentum.workflow.places import PLACES
 from tests.command import command, environment, movimentum
 
@@ -36,7 +37,7 @@ LARGE = {
 
 def run(folder: Path, script: str, *options: str):
     (folder / "arm.mov").write_text(script)
-    done = movimentum("run", "arm.mov", *options, cwd=folder)
+    done = movimentum("run", "arm.mov", *options, cwd=folder, timeout=600)  # 8,000 frames in high definition
     assert "Traceback" not in done.stderr
     return done
 
@@ -118,6 +119,8 @@ def test_every_film_becomes_what_the_place_takes(place: str, film: str, tmp_path
         ("wikipedia", ("--scale", "10"), "place/limit", "--scale 6.4"),
         ("wikipedia", ("-o", "x.mp4"), "place/format", "-o x.gif"),
         ("wikipedia", ("-o", "x.svg"), "place/format", "-o x.gif"),
+        ("wikipedia", ("-o", "x.pdf"), "place/format", "-o x.gif"),
+        ("web", ("-o", "x.pdf"), "place/format", "-o x.svg"),
         ("latex", ("-o", "x.gif"), "place/format", "-o x"),
         ("web", ("--fps", "100"), "place/limit", "--fps 25"),
     ],
@@ -188,6 +191,30 @@ def test_a_script_with_a_dot_in_its_name_and_a_stem_of_ones_own(tmp_path: Path):
     assert (tmp_path / "arm.v2.svg").exists()
     assert movimentum("run", "arm.v2.mov", "--for", "web", "-o", "lever", cwd=tmp_path).returncode == 0
     assert (tmp_path / "lever.svg").exists()
+
+
+@pytest.mark.parametrize("share", [0.7, 0.25, 0.0])
+def test_a_heavy_film_goes_to_the_next_format_and_is_drawn_smaller(
+    share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    web = PLACES["web"]
+    motion = mv.loads(FILMS["usual"]).solve()
+    monkeypatch.setitem(PLACES, "web", replace(web, takes=(replace(web.takes[0], weight=100), web.takes[1])))
+    whole = motion.render(tmp_path / "whole", for_="web").path
+    assert whole.suffix == ".webp"
+    most = int(share * whole.stat().st_size) + 1
+    lighter = replace(web, takes=(replace(web.takes[0], weight=100), replace(web.takes[1], weight=most)))
+    monkeypatch.setitem(PLACES, "web", lighter)
+    written = motion.render(tmp_path / "arm", for_="web")
+    told = written.diagnostics[-1]
+    assert any("as an SVG it would have more than 0.0001 MB" in each for each in told.notes)
+    assert any("smaller, for at most" in each for each in told.notes)
+    size = written.path.stat().st_size
+    assert size < whole.stat().st_size
+    warned = [each for each in written.diagnostics if each.code == "place/limit"]
+    assert (size <= most) == (not warned)  # nothing is smaller than a file with a pixel: then a warning says so
+    assert sorted(tmp_path.iterdir()) == [written.path, whole]
+    assert share == 0.0 or size <= most
 
 
 def test_from_python(tmp_path: Path):

@@ -135,6 +135,95 @@ def test_half_a_file_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -
     assert not (folder / "half.mov").exists()
 
 
+def test_a_hole_in_a_polygon_is_an_anchor(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    space = (document := ezdxf.new()).modelspace()
+    slider = [(0, 0), (44, 0), (44, 26), (0, 26)]
+    space.add_lwpolyline(slider, close=True, dxfattribs={"layer": "slider"})
+    for radius in (2, 3):  # a hole and its rim
+        space.add_circle((22, 13), radius, dxfattribs={"layer": "slider"})
+    space.add_line((22, 13), (90, 13), dxfattribs={"layer": "rod"})
+    document.saveas(folder / "s.dxf")
+    assert run(folder, "import", "s.dxf", "-o", "s.mov", "-q", "--strict") == 0
+    text = (folder / "s.mov").read_text(encoding="utf-8")
+    assert "slider : .polygon  P1 = [0, 0]" in text
+    assert "P5 = [22, 13] .through(P1, P2, P3, P4);" in text
+    assert "slider.P5 = rod.P1;" in text
+    assert run(folder, "check", "s.mov", "-q") == 0
+
+
+@pytest.mark.parametrize(
+    ("corners", "lost"),
+    [
+        ([(0, 0), (80, 0), (80, 50), (0, 50)], "its circles, but not its outline"),
+        ([(0, 0), (80, 0), (80, 50), (60, 50), (60, 20), (0, 20)], "its circles, but not its outline"),
+    ],
+)
+def test_an_outline_about_circles_that_no_plate_has_is_told(
+    folder: Path, corners: list[tuple[float, float]], lost: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    space = (document := ezdxf.new()).modelspace()
+    space.add_lwpolyline(corners, close=True)
+    for place in ((10, 10), (70, 10), (70, 40)):
+        space.add_circle(place, 3)
+    document.saveas(folder / "p.dxf")
+    assert run(folder, "import", "p.dxf", "-o", "p.mov") == 0
+    said = capsys.readouterr().err
+    assert "warning[import/left-out]" in said
+    assert lost in said
+    assert run(folder, "import", "p.dxf", "-o", "q.mov", "--strict") == 1
+    assert not (folder / "q.mov").exists()
+
+
+def test_arcs_of_a_polygon_are_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    space = (document := ezdxf.new()).modelspace()
+    space.add_lwpolyline([(0, 0, 0), (80, 0, 0.5), (80, 50, 0)], format="xyb", close=True)
+    document.saveas(folder / "p.dxf")
+    assert run(folder, "import", "p.dxf", "-o", "p.mov") == 0
+    assert "its arcs are straight lines" in capsys.readouterr().err
+
+
+def test_what_was_exported_is_read_back_without_a_warning(folder: Path) -> None:
+    for name in ("four-bar", "klann", "peaucellier"):
+        script = Path(__file__).parents[2] / "scripts" / f"{name}.mov"
+        assert run(folder, "export", str(script), "-o", "m.dxf", "-q") == 0
+        assert run(folder, "import", "m.dxf", "-o", f"{name}.mov", "-q", "--strict") == 0
+
+
+def test_the_shape_of_a_bent_bar_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = ".bar P = [0,0] Q = [50,0] R = [50,30]; @0 A.P = [9,9]; A.angle = 0;"
+    (folder / "bent.mov").write_text(f"A : {script}", encoding="utf-8")
+    for target in (["a.dxf"], ["a.stl", "--thickness", "2"], ["a-%s.stl", "--thickness", "2"]):
+        assert run(folder, "export", "bent.mov", "-o", *target) == 0
+        assert "`A` has a bend" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("page", "encoding"), [("ANSI_1252", "cp1252"), ("ANSI_936", "gbk"), ("ANSI_1251", "cp1251")])
+def test_an_old_drawing_is_read_in_its_code_page(folder: Path, page: str, encoding: str) -> None:
+    name = {"cp1252": "Träger", "gbk": "曲柄", "cp1251": "рычаг"}[encoding]
+    document = ezdxf.new("R2000")
+    document.header["$DWGCODEPAGE"] = page
+    document.modelspace().add_line((0, 0), (30, 40), dxfattribs={"layer": name})
+    document.encoding = encoding
+    document.saveas(folder / "old.dxf")
+    with pytest.raises(UnicodeDecodeError):
+        (folder / "old.dxf").read_text(encoding="utf-8")
+    assert run(folder, "import", "old.dxf", "-o", "old.mov", "-q") == 0
+    assert ".bar  P1 = [0, 0]  P2 = [30, 40];" in (folder / "old.mov").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("data", "words"), [(b"AutoCAD Binary DXF\r\n\x1a\0\xff", "binary DXF"), (b"AC1032\0\0\xff", "DWG")]
+)
+def test_drawings_that_are_no_text_are_told(
+    folder: Path, data: bytes, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "b.dxf").write_bytes(data)
+    assert run(folder, "import", "b.dxf", "-o", "b.mov") == 1
+    said = capsys.readouterr().err
+    assert "import/dxf" in said
+    assert words in said
+
+
 def test_a_list_of_parts_counts_equal_ones(folder: Path) -> None:
     assert run(folder, "export", "m.mov", "-o", "parts.csv", "-q") == 0
     with (folder / "parts.csv").open(encoding="utf-8") as stream:
@@ -158,6 +247,28 @@ def test_parts_are_equal_whatever_their_anchors_are_called_and_only_then(folder:
     with (folder / "equal.csv").open(encoding="utf-8") as stream:
         counts = {row["name"]: int(row["count"]) for row in csv.DictReader(stream)}
     assert counts == {"A": 3, "B": 3, "Flipped": 3, "Other": 1, "Small": 1, "Large": 1}
+
+
+def test_a_hole_as_wide_as_its_part_is_left_out_and_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(folder, "export", "m.mov", "-o", "m.stl", "--thickness", "3", "--hole", "10") == 0
+    said = capsys.readouterr().err
+    assert said.count("holes of 10 are left out") == 2  # Crank and Twin; the plate is 20 wide
+    assert "help: --hole 5" in said
+    (crank, plate) = (solids(folder / "m.stl")[name] for name in ("Crank", "Plate"))
+    assert len(crank) < len(plate)
+    assert run(folder, "export", "m.mov", "-o", "m.stl", "--thickness", "3", "--hole", "9.9", "--strict", "-q") == 0
+
+
+@pytest.mark.parametrize(
+    "words", [("--hole", "nan"), ("--hole", "inf"), ("--thickness", "nan"), ("--thickness", "inf")]
+)
+def test_numbers_without_an_end_are_refused(
+    folder: Path, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, "export", "m.mov", "-o", "x.stl", "--thickness", "3", *words) == 2
+    assert "is not a finite number" in capsys.readouterr().err
+    for scale in ("nan", "inf"):
+        assert run(folder, "run", "m.mov", "--for", "web", "--scale", scale) == 2
 
 
 @pytest.mark.parametrize("words", [("-o", "x.stl"), ("-o", "x.dxf", "--thickness", "3"), ("-o", "x.csv", "--at", "1")])

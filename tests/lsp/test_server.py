@@ -280,6 +280,58 @@ def test_answers_while_it_solves_and_the_newest_text_wins(client: Client) -> Non
     assert client.diagnostics(where, lambda found: not found) == []
 
 
+def test_what_is_cancelled_is_answered_once_and_the_session_goes_on(client: Client) -> None:
+    """The protocol: a cancelled request has an answer all the same, a result or the error RequestCancelled (-32800)."""
+    script = ROOT / "scripts" / "walschaerts.mov"
+    text, where = script.read_text(encoding="utf-8"), uri(script)
+    client.open(where, text)
+    document = {"textDocument": {"uri": where}}
+    asked = [
+        client.request("workspace/executeCommand", {"command": "movimentum.showPicture", "arguments": [where, 0.5]}),
+        *(client.request("textDocument/documentSymbol", document) for _ in range(5)),
+        client.request("textDocument/completion", {**document, "position": {"line": 9, "character": 3}}),
+    ]
+    for number in (*reversed(asked), *asked, 4711, "no such request"):
+        client.tell("$/cancelRequest", {"id": number})
+    for number in asked:
+        answer = client.answer(number)
+        assert "result" in answer or answer["error"]["code"] == -32800, answer
+    assert client.of("documentSymbol", where)
+    client.diagnostics(where)
+    assert not [each for each in client.told if each.get("id") in asked and "method" not in each]
+
+
+def test_folders_of_the_workspace_come_move_and_go(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    folders = [{"uri": uri(tmp_path / "a"), "name": "a"}]
+    client = Client(workspaceFolders=folders, capabilities={"workspace": {"workspaceFolders": True}})
+    try:
+        for name, thing in (("a", "Rod"), ("b", "Bar")):
+            (tmp_path / name).mkdir(exist_ok=True)
+            (tmp_path / name / "leg.mov").write_text(f".part Leg() {{ {thing} : .bar O = [0,0] P = [9,0]; }}")
+        text = ".include 'leg.mov'; L : Leg(); @0 L.Rod.O = [0,0]; L.Rod.angle = 0;"
+        where = uri(tmp_path / "a" / "film.mov")
+        client.open(where, text)
+        assert not [each for each in client.diagnostics(where) if each["severity"] == 1]
+        (tmp_path / "a").rename(tmp_path / "moved")  # the editor closes, tells, and opens again
+        (tmp_path / "b").rename(tmp_path / "a")
+        event = {"added": [{"uri": uri(tmp_path / "moved"), "name": "a"}], "removed": folders}
+        client.tell("workspace/didChangeWorkspaceFolders", {"event": event})
+        assert client.diagnostics(where, lambda found: any(each["code"] == "name/unknown-thing" for each in found))
+        client.close(where)
+        moved = uri(tmp_path / "moved" / "film.mov")
+        client.open(moved, text)
+        assert not [each for each in client.diagnostics(moved) if each["severity"] == 1]
+        (found,) = [client.at("definition", moved, *place(text, "L.Rod.O", 3))]
+        assert found["uri"] == uri(tmp_path / "moved" / "leg.mov")
+        removed = {"added": [], "removed": [*folders, {"uri": "file:///never/there", "name": "x"}]}
+        client.tell("workspace/didChangeWorkspaceFolders", {"event": removed})
+        assert client.of("documentSymbol", moved)
+        assert client.end() == 0
+    finally:
+        client.kill()
+
+
 def test_without_the_extra(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         "import importlib.util as u\nfind = u.find_spec\n"
