@@ -71,7 +71,7 @@ def proposals(
             return []
         around = None
     if around is not None and not (offset == around.end and len(around.text) > 1 and around.text.endswith("'")):
-        return _in_string(project, outline, around, offset, folder or _names_in)
+        return _in_string(project, outline, around, offset, folder or names_in)
     place = _place(outline, offset)
     return _fitting(_found(project, outline, place), place.begun)
 
@@ -347,7 +347,7 @@ def _words_for(option: str) -> Iterable[str]:
     return ()
 
 
-def _names_in(folder: str) -> list[str]:
+def names_in(folder: str) -> list[str]:
     """The names in a folder; those of folders end with a slash."""
     try:
         with os.scandir(folder or ".") as entries:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from movimentum.editing.lexemes import Lexeme, fields_in
 from movimentum.editing.outline import NameScope, OutlineItem, Symbol, TextOutline, outline
@@ -14,9 +15,20 @@ from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
 MOST_FILES = 200
 """So many files of a folder are looked through for uses of a name."""
 LARGEST = 1_000_000
+LARGEST_FILE = 4_000_000
 
 ReadFile = Callable[[str], str | None]
 """The text of the file at a path, as somebody is editing it if it is open; None if there is none."""
+
+
+def text_on_disk(path: str) -> str | None:
+    """The text of the file at ``path``; None if there is none that can be read."""
+    try:
+        if not os.path.isfile(path) or os.path.getsize(path) > LARGEST_FILE:
+            return None
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except (OSError, ValueError):
+        return None
 
 
 @dataclass(frozen=True, eq=False)

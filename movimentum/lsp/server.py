@@ -17,6 +17,7 @@ from pygls.lsp.server import LanguageServer
 from movimentum.editing import about, completion, marks, renaming
 from movimentum.editing.project import Use
 from movimentum.errors import MovimentumError
+from movimentum.formatting.changes import line_edits
 from movimentum.formatting.format import formatted
 from movimentum.lsp import shapes
 from movimentum.lsp.state import State
@@ -214,7 +215,7 @@ def _edits(server: Server) -> None:
             made = formatted(SourceText(path, text.text))
         except MovimentumError:
             return []  # its diagnostics say why
-        return shapes.changed_lines(text, made)
+        return shapes.text_edits(text, line_edits(text.text, made))
 
     @server.feature(
         types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -14,6 +12,7 @@ from lsprotocol import types
 from movimentum.diagnostics import Diagnostic
 from movimentum.editing.completion import Proposal
 from movimentum.editing.marks import KINDS, MODIFIERS, Entry, Mark
+from movimentum.formatting.changes import LINES
 from movimentum.lsp.texts import OpenText
 from movimentum.source import Edit, FarSpan, Span
 
@@ -43,7 +42,6 @@ _SYMBOL_KINDS = {
     "part": types.SymbolKind.Module,
     "step": types.SymbolKind.Event,
 }
-_LINES = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 
 def completion_item(text: OpenText, number: int, made: Proposal) -> types.CompletionItem:
@@ -62,23 +60,6 @@ def completion_item(text: OpenText, number: int, made: Proposal) -> types.Comple
 def text_edits(text: OpenText, edits: Iterable[Edit]) -> list[types.TextEdit]:
     """Edits of one text."""
     return [types.TextEdit(text.range(edit.span), edit.text) for edit in edits]
-
-
-def changed_lines(text: OpenText, after: str) -> list[types.TextEdit]:
-    """The edits of whole lines that make another text."""
-    old, new = _LINES.findall(text.text), _LINES.findall(after)
-    starts = [0]
-    for line in old:
-        starts.append(starts[-1] + len(line))
-    matcher = difflib.SequenceMatcher(None, old, new, autojunk=False)
-    return text_edits(
-        text,
-        (
-            Edit(Span(starts[i], starts[j]), "".join(new[k:m]))
-            for tag, i, j, k, m in matcher.get_opcodes()
-            if tag != "equal"
-        ),
-    )
 
 
 def code_actions(
@@ -113,7 +94,7 @@ def token_numbers(text: OpenText, marks: Iterable[Mark]) -> list[int]:
     for mark in marks:
         modifiers = sum(1 << MODIFIERS.index(each) for each in mark.modifiers)
         place = mark.span.start
-        for part in _LINES.findall(text.text[mark.span.start : mark.span.end]):
+        for part in LINES.findall(text.text[mark.span.start : mark.span.end]):
             start, end = text.position(place), text.position(place + len(part.rstrip("\r\n")))
             place += len(part)
             if end.character <= start.character:

@@ -10,12 +10,12 @@ from urllib.parse import quote, unquote, urlsplit
 
 from lsprotocol import types
 
+from movimentum.editing.project import text_on_disk
 from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
 from movimentum.workflow.read import ScriptFiles
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
-LARGEST_FILE = 4_000_000
 
 
 class OpenText:
@@ -101,14 +101,7 @@ class Texts:
         opened = self.open.get(path)
         if opened is not None:
             return opened.text
-        if path.startswith("<"):
-            return None
-        try:
-            if not os.path.isfile(path) or os.path.getsize(path) > LARGEST_FILE:
-                return None
-            return Path(path).read_bytes().decode("utf-8-sig")
-        except (OSError, ValueError):
-            return None
+        return None if path.startswith("<") else text_on_disk(path)
 
     def at(self, path: str) -> OpenText | None:
         """The text at a path, for its positions."""

@@ -1,40 +1,23 @@
 """What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
 
+Those about the script that is being written are in `movimentum.studio.script_messages`.
 `movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
 characters (code points) from 0, coordinates are the world's (pixels, y up).
 """
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, dataclass_transform
+from typing import Any
 
-from movimentum.records import dataclass
-
-Point2 = tuple[float, float]
-"""A world point as JSON has it."""
-
-
-@dataclass_transform(frozen_default=True)
-class Message:
-    """A message of one kind; ``kinds`` has the classes of a side by their kinds."""
-
-    kind: ClassVar[str]
-    kinds: ClassVar[dict[str, type]]
-
-    def __init_subclass__(cls, kind: str = "") -> None:
-        if not kind:  # a side
-            cls.kinds = {}
-            return
-        cls.kind = kind
-        cls.kinds[kind] = dataclass(frozen=True)(cls)
-
-
-class FromPage(Message):
-    """What a page says to the server."""
-
-
-class ToPage(Message):
-    """What the server says to a page."""
+from movimentum.studio.script_messages import AboutAsked as AboutAsked
+from movimentum.studio.script_messages import AboutTold as AboutTold
+from movimentum.studio.script_messages import FormatAsked as FormatAsked
+from movimentum.studio.script_messages import NamingAsked as NamingAsked
+from movimentum.studio.script_messages import NamingTold as NamingTold
+from movimentum.studio.script_messages import ProposalsAsked as ProposalsAsked
+from movimentum.studio.script_messages import ProposalsTold as ProposalsTold
+from movimentum.studio.script_messages import RenameAsked as RenameAsked
+from movimentum.studio.sides import FromPage, Point2, ToPage
 
 
 class TextTyped(FromPage, kind="text"):
@@ -276,8 +259,8 @@ class PlacesMoved(ToPage, kind="moved"):
 
 
 class TextEdited(ToPage, kind="edits"):
-    """What a tool makes of the text: edits of text ``rev`` (``from``, ``to``, ``text``), which are one step to undo.
-    ``select``: where to look in the new text. ``words``: why there is none.
+    """What a tool, a new name or the layout makes of the text: edits of text ``rev`` (``from``, ``to``, ``text``),
+    which are one step to undo. ``select``: where to look in the new text. ``words``: why there is none.
     """
 
     rev: int

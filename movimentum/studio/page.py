@@ -10,6 +10,7 @@ from typing import Any
 
 from movimentum.source import SourceText
 from movimentum.studio import messages as m
+from movimentum.studio.assistant import Assistant
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.files import ScriptFile, openable, renamed, stamp
 from movimentum.studio.protocol import BadMessage
@@ -40,6 +41,7 @@ class Page:
         self._choices, self._send = choices, send
         self._files = ScriptFile(script, folder, send)
         self._worker = Worker(self._files.path, folder, send, choices)
+        self._assistant = Assistant(self._worker, send)
         self._dragging = Dragging(self._worker)
         self._recorder = Recorder(self._worker, self._dragging)
         self._text = self._files.known.text
@@ -92,6 +94,7 @@ class Page:
     def close(self) -> None:
         """The page is gone."""
         self._worker.close()
+        self._assistant.close()
         self._thumbnails.stop()
         for rendering in self._renderings.values():
             rendering.cancel()
@@ -102,12 +105,15 @@ class Page:
         if answered is not None:
             self._worker.soon(partial(answered, message))
             return
+        if self._assistant.take(message):
+            return
         match message:
             case m.TextTyped():
                 self._text = message.text
                 if message.text.strip():
                     self._thumbnails.stop()
                 self._worker.typed(message)
+                self._assistant.typed(message)
             case m.WorkStopped():
                 self._worker.stop(message)
             case _:
@@ -165,4 +171,5 @@ class Page:
             stamps = {path: stamp(path) for path in mentioned}
             if any(path in used and used[path] != stamp for path, stamp in stamps.items()):
                 self._worker.again()
+                self._assistant.disk_changed()
             used = stamps

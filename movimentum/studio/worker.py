@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.editing.about import NO_FACTS, Facts
+from movimentum.editing.facts import KnownFacts
 from movimentum.errors import MovimentumError
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText
@@ -82,6 +84,8 @@ class Worker:
         self.job: TextWork | None = None
         self.shown: TextWork | None = None
         """The last text whose motion is known."""
+        self.facts: Callable[[str], Facts] = lambda _name: NO_FACTS
+        """What is known of a name of it."""
         self._items: Items | None = None
         self._own_items: Items | None = None  # those of the script itself, without what it includes
         self._pending: TextWork | None = None
@@ -278,6 +282,9 @@ class Worker:
     def _examine(self, job: TextWork) -> None:
         from movimentum.studio.descriptions import claims_data
 
+        facts = KnownFacts(job.revision)
+        facts.prepare()
+        self.facts = facts
         self._say(job, "examine", job.revision.diagnostics)
         self.send(ClaimsChecked(job.rev, claims_data(job.motion)))
 

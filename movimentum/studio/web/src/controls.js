@@ -97,7 +97,7 @@ export class Controls {
     if (control && event.key.toLowerCase() === "o") { event.preventDefault(); app.files.askOpen(); return; }
     if (control && event.key.toLowerCase() === "e") { event.preventDefault(); app.editor.focus(); return; }
     const inEditor = event.target.closest && event.target.closest("#editor");
-    if (event.key === "Escape" && inEditor) { app.stage.canvas.focus(); return; }
+    if (event.key === "Escape" && inEditor) { if (!event.defaultPrevented) app.stage.canvas.focus(); return; }
     if (inEditor || byId("dialog").open) return;
     if (control && !event.altKey && ["z", "y"].includes(event.key.toLowerCase()) && event.target.tagName !== "INPUT") {
       event.preventDefault();

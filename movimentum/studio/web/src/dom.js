@@ -31,6 +31,17 @@ export function toggle(bar, testid, text, title, on, act) {
   return made;
 }
 
+/* Elements for a few sentences with `code`, **bold** words and lists. */
+export function prose(text) {
+  const line = (words) => words.split(/(`[^`]+`|\*\*[^*]+\*\*)/).filter(Boolean).map((piece) => {
+    if (piece.length > 2 && piece.startsWith("`")) return make("code", {text: piece.slice(1, -1)});
+    return piece.length > 4 && piece.startsWith("**") ? make("b", {text: piece.slice(2, -2)}) : piece;
+  });
+  const lines = text.split("\n"), items = lines.filter((each) => each.startsWith("- "));
+  const said = lines.filter((each) => !each.startsWith("- ")).join(" ");
+  return [...(said ? [make("p", {}, ...line(said))] : []), ...(items.length ? [make("ul", {}, ...items.map((each) => make("li", {}, ...line(each.slice(2)))))] : [])];
+}
+
 /* Little-endian 32-bit floats, as base64. */
 export function littleFloats(text) {
   const view = new DataView(Uint8Array.from(atob(text), (character) => character.charCodeAt(0)).buffer);

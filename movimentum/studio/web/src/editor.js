@@ -62,13 +62,14 @@ const marks = StateField.define({
 });
 
 export class Editor {
-  constructor(parent, {changed, moved}) {
+  constructor(parent, {changed, moved, extensions}) {
     this.quiet = false;
     this.view = new EditorView({
       parent,
       state: EditorState.create({
         doc: "",
         extensions: [
+          extensions,
           basicSetup,
           keymap.of([indentWithTab]),
           language,
@@ -182,6 +183,17 @@ export class Editor {
     const selection = {anchor: Math.min(to, length), head: Math.min(from, length)};
     this.view.dispatch({selection, scrollIntoView: scroll});
     this.quiet = false;
+  }
+
+  /* How many letters that are no white space stand before the cursor: where it is in any layout. */
+  ink() {
+    return this.text.slice(0, this.cursor).replace(/\s/g, "").length;
+  }
+
+  toInk(count) {
+    let place = 0, left = count;
+    for (const letter = /\S/g; left > 0 && letter.test(this.text); left -= 1) place = letter.lastIndex;
+    this.select([place, place]);
   }
 
   mark(spans) {

@@ -258,6 +258,7 @@ export class FileWork {
       ["Q", "the next view: plain, names, free motions"], ["N P L M S I", "names, points, traces, free motions, velocities, information"],
       ["W", "full screen"], ["C Shift-C", "copy the picture as PNG, as SVG"], ["Shift-S", "save what is on show as PNG"],
       ["K", "record what is done by hand; again: save it as a film"], ["X", "clear the sheet"], ["Delete", "remove what is selected"],
+      ["Ctrl-space", "in the script: what may be written here"], ["F1 F2 Shift-Alt-F", "in the script: what a name is, rename, format"],
       ["Alt and drag on a number", "changes it"], ["Escape", "let go; in the script: back to the picture"],
       ["Ctrl-S Ctrl-O", "save, open"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
     const place = byId("dialog");

@@ -1,6 +1,7 @@
 /* The studio: script and motion as two views of one thing. */
 import {Places} from "./places.js";
 import {Link} from "./link.js";
+import {Assist} from "./assist.js";
 import {Editor} from "./editor.js";
 import {Stage} from "./stage.js";
 import {Clock} from "./clock.js";
@@ -32,7 +33,8 @@ class App {
     this.selected = null;
     this.stage = new Stage(byId("stage"));
     this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); this.claims.mark(); }, settled: () => this.look()});
-    this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved()});
+    this.assist = new Assist(this);
+    this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved(), extensions: this.assist.extensions});
     this.velocities = new Velocities(this);
     this.claims = new Claims(this);
     this.traces = new Traces(this);
@@ -67,6 +69,7 @@ class App {
     const place = byId("link");
     place.textContent = on ? "" : "no connection: what you type is kept here";
     place.dataset.on = String(on);
+    if (!on) this.assist.forget();
   }
 
   /* --- the text --- */
@@ -77,6 +80,7 @@ class App {
     const byKey = update.transactions.some((each) => each.isUserEvent("input") || each.isUserEvent("delete") || each.isUserEvent("undo"));
     if (byKey) this.keys.set(this.rev, now - this.pressed < 1000 && this.pressed ? this.pressed : now);
     this.places = null;
+    this.assist.forget();
     this.selected = null; // what it was may have another number now
     this.files.changed();
     this.claims.doubt();
@@ -127,7 +131,10 @@ class App {
       free: () => this.motionsFree(message),
       grabbed: () => this.hand.grabbed(message),
       moved: () => this.hand.moved(message),
-      edits: () => this.edited(message),
+      proposals: () => this.assist.told(message),
+      explained: () => this.assist.told(message),
+      named: () => this.assist.told(message),
+      edits: () => { if (!this.assist.told(message)) this.edited(message); },
       answer: () => this.answered(message),
       plotted: () => this.controls.plotted(message),
       claims: () => this.claims.told(message),
@@ -321,6 +328,7 @@ class App {
       glimpse: this.stage.glimpse,
       dragMs: [...this.hand.times],
       keyMs: [...this.keyMs],
+      completeMs: [...this.assist.times],
       free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
       claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),

@@ -21,6 +21,17 @@ export class Places {
     return k < this.starts.length ? this.starts[k] : this.length;
   }
 
+  /* The server's offset of the editor's. */
+  character(unit) {
+    if (this.starts === null) return Math.min(unit, this.length);
+    let low = 0, high = this.starts.length - 1;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.starts[middle] < unit) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
   span([from, to]) {
     return [this.unit(from), this.unit(to)];
   }

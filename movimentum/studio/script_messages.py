@@ -1,0 +1,77 @@
+"""What a page and the server say to each other about the script that is being written: completion, what a name is,
+other names, layout. Every answer is for the text ``rev``; the page drops one for an older text.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from movimentum.studio.sides import FromPage, ToPage
+
+
+class ProposalsAsked(FromPage, kind="complete"):
+    """What may be written at ``place``?"""
+
+    rev: int
+    place: int
+
+
+class AboutAsked(FromPage, kind="about"):
+    """What is it that stands at ``place``?"""
+
+    rev: int
+    place: int
+
+
+class NamingAsked(FromPage, kind="naming"):
+    """Could what stands at ``place`` get another name?"""
+
+    rev: int
+    place: int
+
+
+class RenameAsked(FromPage, kind="rename"):
+    """Give what stands at ``place`` the name ``name``; the answer is `TextEdited`."""
+
+    rev: int
+    place: int
+    name: str
+
+
+class FormatAsked(FromPage, kind="format"):
+    """Lay out the script; the answer is `TextEdited`."""
+
+    rev: int
+
+
+class ProposalsTold(ToPage, kind="proposals"):
+    """What may be written at ``place`` for the text in ``span``, the best first: each with ``label``, ``what`` (its
+    kind, see `movimentum.editing.completion`), ``text``, ``detail`` and ``help``.
+    """
+
+    rev: int
+    place: int
+    span: tuple[int, int]
+    proposals: list[dict[str, Any]]
+
+
+class AboutTold(ToPage, kind="explained"):
+    """What stands in ``span``: how it is ``written`` (empty: nothing is known), and ``paragraphs`` about it, with
+    ``**bold**`` words, code in backquotes, and lists whose lines begin with ``- ``.
+    """
+
+    rev: int
+    place: int
+    span: tuple[int, int]
+    written: str
+    paragraphs: list[str]
+
+
+class NamingTold(ToPage, kind="named"):
+    """The name at ``place``, and the ``spans`` where it stands; ``words``: why it cannot be changed."""
+
+    rev: int
+    place: int
+    name: str
+    spans: list[tuple[int, int]]
+    words: str = ""
