@@ -15,7 +15,8 @@ from movimentum.diagnostics import Diagnostic, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import dataclass, field, replace
 from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script
-from movimentum.repl.command import Answer, table
+from movimentum.repl.command import Answer
+from movimentum.repl.helping import help_text
 from movimentum.repl.session import Session, refused, typed
 from movimentum.repl.told import as_json
 from movimentum.signals import signal_handled
@@ -36,14 +37,6 @@ COMMANDS = {
     **files.COMMANDS,
 }
 QUIT = ("quit", "exit")
-TASKS = {
-    "does not move": "`check`, `free`, `why NAME`, `blame EXPR`",
-    "jumps": "`check`, `branch`, `solutions`, `when CONDITION`",
-    "is not where I want it": "`why not CONDITION`, `solutions`, `blame EXPR`, `trace`",
-    "has no solution": "`conflicts`, `bisect`, `residuals`",
-    "did work before": "`diff`, `diff motion`, `undo`",
-}
-"""What is wrong, and the commands that find out why."""
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
 _RELATION = re.compile(r"\s*[=<>~]|\.")
 
@@ -72,17 +65,10 @@ def _words() -> list[str]:
 
 
 def _help(name: str) -> str:
-    if name:
-        command = COMMANDS.get(name)
-        if command is None:
-            raise _unknown(name)
-        return f"{command.usage}\n  {command.help}"
-    rows = [[command.usage, command.help] for command in COMMANDS.values()]
-    rows.append(["STATEMENT;", "try it: it takes effect at once, at this step, under the key convention"])
-    rows.append(["help [COMMAND], COMMAND?", "this list, or help for one command"])
-    rows += [[f"it {trouble}", f"try {commands}"] for trouble, commands in TASKS.items()]
-    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks if changes are not saved"])
-    return table(rows)
+    text = help_text(COMMANDS, name)
+    if text is None:
+        raise _unknown(name)
+    return text
 
 
 def _unknown(name: str) -> UsageError:
