@@ -60,7 +60,7 @@ TROUBLES = (
         ("explain", "explain CODE", "check"),
     ),
 )
-_SMALL = frozenset("it is not does do i a the to in my of and".split())
+_SMALL = frozenset(["it", "is", "not", "does", "do", "i", "a", "the", "to", "in", "my", "of", "and"])
 
 
 def help_text(commands: Mapping[str, Command], name: str) -> str | None:

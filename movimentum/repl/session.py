@@ -19,6 +19,8 @@ from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.read import read, reads
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
+
     from movimentum.solver.path.piece import Piece
 
 PATIENCE_S = 2.0
@@ -53,10 +55,20 @@ class Session(Inspector):
     future: tuple[str, ...] = ()
     suggestions: tuple[str | Fix, ...] = ()
     ended: bool = False
+    lines: tuple[str, ...] = ()
+    """What has been typed, the latest last."""
+    pending: tuple[str, ...] = ()
+    """Lines that the last command wants to be carried out next."""
+    reading: tuple[str, ...] = ()
+    """The files of commands that are being read, each inside the one before."""
+    heard: frozenset[tuple[str, str]] = frozenset()
+    """Codes and texts of the script's messages that have been told."""
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""
     ask: Callable[[str], str | None] | None = None
     """In a terminal: the answer to a question; None at the end of the input."""
+    draw: Callable[[Image], None] | None = None
+    """In a terminal that can: shows a picture."""
 
     @property
     def text(self) -> str:
