@@ -769,6 +769,9 @@ ratio, little enough for the mechanism to be put together as before."""
 NEARBY_POSITION = 1e-3
 """The smallest share by which drives are changed where other positions of a mechanism are looked at."""
 
+APART_IN_NAME_ONLY = 2e-13
+"""By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""
+
 SAME_TICK = 1e-6
 """Of the range of a graph (or of a quarter turn): a tick this close to its end is at its end."""
 

@@ -27,6 +27,8 @@ from movimentum.signals import ignore_interrupts
 MODULES = {
     "check": "check:check",
     "completion": "completion:completion",
+    "curve": "curve:curve",
+    "equations": "equations:equations",
     "examples": "new:examples",
     "explain": "explain:explain",
     "export": "exchange:export",

@@ -30,6 +30,7 @@ MOST_POINTS = 1500
 _CELL = 0.5  # world pixels: what is in the same cell looks the same
 _THIN, _FAINT = 1.0, 0.6  # world pixels: of axes, of the lines of a grid
 _TICK, _GAP, _DOT = 4.0, 4.0, 3.4
+_BESIDE = (math.cos(math.radians(45.0)), math.sin(math.radians(45.0)))
 _APART = 44.0  # world pixels between ticks, at least about
 
 
@@ -177,7 +178,8 @@ def _texts(mark: GraphMark, field: Field, ticks: Ticks) -> Iterator[TextMark]:
     if field.polar:
         (x, y), reach = _middle(field), min(field.sides) / 2.0
         for value, words in zip(ticks[1], _numbers(ticks[1]), strict=True):
-            yield text(words, x + 2.0, y + reach * value / field.high[1] + 2.0, "left", 0.9 * size)
+            far = reach * value / field.high[1]  # between two spokes, where nothing else is written
+            yield text(words, x + _BESIDE[0] * far, y + _BESIDE[1] * far - MIDDLE * size, "center", 0.9 * size)
         for degrees in (0, 90, 180, 270):
             turn = math.radians(degrees)
             far = reach + _GAP + 0.36 * size

@@ -252,7 +252,7 @@ class GraphMark:
 @dataclass(frozen=True, slots=True)
 class PolodeMark:
     """The curve that the pole of ``bodies`` goes through, moving with the thing ``carried`` (None: at rest); a figure
-    takes its place as soon as the whole film is known (`drawing.poles`). ``anchor``: a point of the first body;
+    takes its place as soon as the whole film is known (`drawing.polodes`). ``anchor``: a point of the first body;
     ``size``: that of the scene as drawn.
     """
 

@@ -9,13 +9,14 @@ from fractions import Fraction
 from movimentum.expressions import Expr
 from movimentum.proving import balls
 from movimentum.proving.balls import Ball, NoBall
-from movimentum.proving.chain import Chain
+from movimentum.proving.chain import Chain, chain_of, lowered
 from movimentum.proving.lowering import Form
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, TooMuch, Work
 from movimentum.proving.tower import NotAlgebraic, Quotient, Root
-from movimentum.proving.zero import Proof, Zero
+from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass
+from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.tolerances import NEARBY_POSITION
 
 CONSTANT_DENOMINATOR = 10**9
@@ -179,4 +180,24 @@ def amount(point: TowerPoint, way: SidesApart) -> Ball | None:
         bottom = point.at(way.whole.bottom)
         return point.at(way.whole.top) if way.whole.bottom == tower.ring.one else balls.over(point.at(way.top), bottom)
     except NoBall:
+        return None
+
+
+# --- constants
+
+
+def constant_of(motion: SegmentMotion, tau: float, expression: Expr) -> Fraction | None:
+    """The rational number that an expression of the scene is on the branch of an offset, proved; None otherwise."""
+    try:
+        sides = lowered(motion, [expression])
+        chain = chain_of(motion, sides, tau, accelerated=None, given={})
+        value = chain.lowering.value(sides[0])
+        chain.point.extend()
+        ball = balls.over(chain.point.at(value.top), chain.point.at(value.bottom))
+        number = Fraction(ball[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
+        ring = chain.tower.ring
+        zero = Zero(chain.point, [value.top - value.bottom * ring.number(number)], Work(MOST))
+        (p,) = zero.wanted
+        return number if not zero.clearly(p) and zero.vanishes(p) else None
+    except (NotAlgebraic, NoBall, TooMuch, RecursionError):
         return None

@@ -99,11 +99,13 @@ class Lowering:
             return self.value(node.origin)
         if not math.isfinite(value):
             raise NotAlgebraic("a constant is infinite")
-        for number, name in ((math.pi, "pi"), (RADIANS, "radians")):
-            if value == number:
-                return self.tower.free((name,))
+        tower = self.tower
+        if value == math.pi:
+            return tower.free(("pi",))
+        if value == RADIANS:
+            return tower.mul(tower.free(("pi",)), tower.number(Fraction(1, 180)))
         if value == 1.0 / RADIANS:
-            return self.tower.div(self.tower.number(1), self.tower.free(("radians",)))
+            return tower.div(tower.number(180), tower.free(("pi",)))
         return self.tower.number(Fraction(repr(value)))
 
     def _symbol(self, node: Expr) -> Quotient:
@@ -127,7 +129,7 @@ class Lowering:
     def _power(self, node: Expr) -> Quotient:
         exponent = Fraction(node.exponent).limit_denominator(1000)
         base = self.value(node.args[0])
-        if exponent.denominator == 1:
+        if exponent.denominator == 1 and float(exponent) == node.exponent:
             return self.tower.power(base, int(exponent))
         if exponent.denominator == 2 and float(exponent) == node.exponent:
             return self.tower.power(self.tower.sqrt(base), int(exponent.numerator))

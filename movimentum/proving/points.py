@@ -43,8 +43,6 @@ class Drives:
         number = arithmetic().context.mpf
         if source == ("pi",):
             return +arithmetic().context.pi
-        if source == ("radians",):
-            return arithmetic().context.pi / 180
         if source == DEGREE:
             return number(1)
         if source in self.given:

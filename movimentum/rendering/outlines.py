@@ -46,6 +46,11 @@ def glyphs(text: str) -> tuple[tuple[str, float], ...] | None:
     return tuple((path, x) for path, x in paths if path)
 
 
+def outline_of(letters: Letters) -> str:
+    """The path of some letters of a text, from where they begin on its baseline."""
+    return "".join(_moved(letters, 0.0))
+
+
 def _moved(letters: Letters, x: float) -> Iterator[str]:
     """The edges of letters as a path in whole `UNITS`, moved to ``x``."""
     size, rise = letters.size, letters.rise

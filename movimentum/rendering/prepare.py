@@ -213,7 +213,7 @@ def _graphed(
 
                 found += graph_marks(mark, curves_of(mark, scene, chunks(source), options.motion))
             case PolodeMark():
-                from movimentum.drawing.poles import polode
+                from movimentum.drawing.polodes import polode
 
                 found.append(polode(mark, scene, chunks(source), options.motion))
             case _:

@@ -26,7 +26,7 @@ LINK_WIDTH = 12.0
 """World pixels: the breadth of the links of a theme, where they are not short."""
 DARKER = 0.55
 """Of the colour of an inside: that of its edge."""
-SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed"})
+SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed", "supports"})
 """Options that say something about looks."""
 
 Stated = Mapping[str, Any]

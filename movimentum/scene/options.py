@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from movimentum.diagnostics import Fix, Label, replacement
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, replacement
 from movimentum.scene.constants import constant
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
@@ -13,7 +13,7 @@ from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.tree import Option, Text
 from movimentum.things.colors import color, color_names
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import OptionForm, OptionRule
+from movimentum.things.options import FIXED, OptionForm, OptionRule
 from movimentum.things.registry import KINDS
 
 Argument: TypeAlias = Expression | Text
@@ -191,7 +191,17 @@ def read_options(options: list[Option], kind: ThingKind, findings: Findings) -> 
             _report_count(option, rule, findings)
         elif (value := value_of(rule, option.arguments, findings)) is not None:
             read[rule.key] = value
+            if rule is FIXED:
+                _note_fixed(option, findings)
     return read
+
+
+def _note_fixed(option: Option, findings: Findings) -> None:
+    """Say what `.fixed` does, as it is often meant otherwise."""
+    message = "`.fixed` only draws supports: it does not hold the thing"
+    note = Diagnostic("option/fixed", Severity.NOTE, message, option.name_span)
+    help_ = replacement("write `.supports` for the same look", option.name_span, ".supports")
+    findings.add(note.advised(help_, "a thing is held by statements about its place and its angle"))
 
 
 def _fitting(option: Option, kind: ThingKind, findings: Findings) -> OptionRule | None:

@@ -312,7 +312,12 @@ def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findin
     name = expression_text(node)
     number = table.number.get(name)
     owner = table.number.get(expression_text(node.operand)) if isinstance(node, Member) else None
-    if number is None and owner is not None:
+    if number is None and owner is not None and isinstance(node, Member) and table.anchor(owner, node.name) is None:
+        guess = findings.nearest(node.name, [rule.name for rule in kind.options])
+        helps = (replacement(f"did you mean `.{guess}`?", node.name_span, guess),) if guess else ()
+        message = f"`{node.name}` is neither an option of {kind.written} nor an anchor of `{table.things[owner].name}`"
+        findings.error("syntax/unknown-option", message, node.name_span, helps=helps)
+    elif number is None and owner is not None:
         title = f"{kind.written} is about the whole thing: write `{table.things[owner].name}`"
         helps = (replacement(title, node.span, table.things[owner].name),)
         findings.error("kind/mismatch", f"`{name}` is an anchor, not a thing", node.span, helps=helps)

@@ -76,7 +76,9 @@ EDGE = OptionRule("edge", OptionForm.COLOR)
 DASH = OptionRule("dash", OptionForm.DASH, "the length of a dash or a gap", most=8)
 CAP = OptionRule("cap", OptionForm.CHOICE, "a cap", words=("butt", "round", "square"))
 PINS = OptionRule("pins", OptionForm.PINS, "a pin's radius", least=0)
+SUPPORTS = OptionRule("supports", OptionForm.FLAG, least=0, most=0, field="fixed")
 FIXED = flag("fixed")
+"""The old word for it, which is read as something that keeps a body where it is."""
 THROUGH = OptionRule("through", OptionForm.NAMES, least=2, most=64)
 SIZE = OptionRule("size", OptionForm.POSITIVE, "the size")
 ITALIC = flag("italic")
@@ -89,7 +91,7 @@ LINED = (COLOR, WIDTH, LAYER, HIDDEN, OPACITY, CLIP)
 """Of whatever has lines."""
 AREA = (*LINED, FILL, EDGE, DASH)
 """Of what has an inside."""
-JOINTS = (PINS, FIXED)
+JOINTS = (PINS, SUPPORTS, FIXED)
 """Of bodies that can be links."""
 WRITTEN = (SIZE, ITALIC, TEXT)
 """Of what has a text beside it."""

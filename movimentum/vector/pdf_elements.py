@@ -51,6 +51,7 @@ class _Style:
 _KEPT = {
     "fill": "fill", "stroke": "stroke", "color": "color", "stroke-width": "width", "stroke-linecap": "cap",
     "stroke-dasharray": "dash", "stroke-dashoffset": "offset", "aria-label": "text",
+    "data-drawn": "text",
 }  # fmt: skip
 _LINES = ("path", "polyline", "polygon", "circle")
 _CAPS = {"butt": 0, "round": 1, "square": 2}
@@ -102,12 +103,16 @@ class PdfPainter:
     def _drawn(self, element: Element, style: _Style) -> str:
         """The operators of an element; "" if nothing of it is seen."""
         opacity = float(element.get("opacity", "1"))
-        if element.tag == "defs" or opacity <= 0.0:
+        if element.tag in ("defs", "clipPath") or opacity <= 0.0:
             return ""
         style = self._inherited(element, style)
         match element.tag:
             case "g":
                 inside = "".join(self._drawn(child, style) for child in element)
+                clip = element.get("clip-path")
+                if clip is not None and inside:
+                    outline = "".join(part for shape in self._ids[clip[5:-1]] for part in _path(shape))
+                    inside = f"q {outline}W n\n{inside}Q\n"
             case "use":
                 inside = self._used(element, style)
             case _:
@@ -155,7 +160,8 @@ class PdfPainter:
             return ""
         how = ("B" if fill and stroke else "f" if fill else "S") + ("*" if style.even and fill else "")
         painted = f"{_paint(fill)} rg " if fill else ""
-        return f"{painted}{_stroked(style, stroke) if stroke else ''}{path}{how}\n"
+        drawn = f"{painted}{_stroked(style, stroke) if stroke else ''}{path}{how}\n"
+        return f"q {drawn}Q\n" if stroke and style.dash else drawn  # its dashes are its own
 
     # --- what is shared
 

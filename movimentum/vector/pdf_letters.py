@@ -12,7 +12,7 @@ from typing import Protocol
 from movimentum.drawing.style import UNITS
 from movimentum.records import dataclass, field
 from movimentum.rendering.layout import laid_out, width_of
-from movimentum.rendering.outlines import glyphs, text_outline
+from movimentum.rendering.outlines import glyphs, outline_of, text_outline
 from movimentum.vector.numbers import short
 
 FULL = 255
@@ -77,15 +77,7 @@ def _spelled(text: str) -> list[tuple[str, float, float, str]]:
     """(outline, place, width, characters) of each letter, spaces too; a text whose letters join is one."""
     if glyphs(text) is None:
         return [(text_outline(text), 0.0, width_of(text) * UNITS, text)]
-    letters = laid_out(text)
-    drawn = dict[str, str]()
-    found: list[tuple[str, float, float, str]] = []
-    for each in letters:
-        if each.text not in drawn:
-            alone = glyphs(each.text)
-            drawn[each.text] = alone[0][0] if alone else ""
-        found.append((drawn[each.text], each.x * UNITS, each.width * UNITS, each.text))
-    return found
+    return [(outline_of(each), each.x * UNITS, each.width * UNITS, each.text) for each in laid_out(text)]
 
 
 def _font(file: Streams, font: _Font) -> int:

@@ -340,7 +340,9 @@ def _still(values: Sequence[str]) -> bool:
 
 
 def _spoken(text: str) -> str:
-    return f'role="img" aria-label="{escaped(unraised(text))}"'
+    plain = unraised(text)
+    drawn = "" if plain == text else f' data-drawn="{escaped(text)}"'
+    return f'role="img" aria-label="{escaped(plain)}"{drawn}'
 
 
 def _matrix(place: Affine) -> str:

@@ -29,6 +29,8 @@ class Tolerance:
 ALIKE = Tolerance(80, 0.07)
 LETTERS = Tolerance(128, 0.12)
 """Pillow's letters are fitted to the pixels (hinted), outlines are not."""
+LETTERED = (".label", ".dimension", ".graph", ".text(")
+"""What writes letters into a picture."""
 SMALL = Tolerance(128, 0.25)
 """For a picture that is little else than letters, arrows and small sprites."""
 

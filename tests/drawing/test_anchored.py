@@ -168,3 +168,17 @@ def test_thousands_of_labels_are_drawn(tmp_path: Path) -> None:
     (tmp_path / "a.mov").write_text(f"R : .bar A=[0,0] B=[99,0];\n{bars}@0 R.A = [0,0];\n", encoding="utf-8")
     done = movimentum("run", tmp_path / "a.mov", "-o", tmp_path / "a.png")
     assert done.returncode == 0, done.stderr
+
+
+def test_supports_has_an_older_word_that_is_told() -> None:
+    text = ".config(10,200,100); R : .bar A=[40,40] B=[90,40] SAID; @0 R.A=[40,40]; R.angle = 0;"
+    new, old = (mv.loads(text.replace("SAID", said)) for said in (".supports", ".fixed"))
+    assert new.scene.things[0].look == old.scene.things[0].look
+    assert not new.diagnostics
+    assert [item.code for item in old.diagnostics] == ["option/fixed"]
+
+
+def test_a_hidden_ground_leaves_a_support_out() -> None:
+    text = ".config(10,200,100) .theme('textbook'); R : .bar A=[40,40] B=[90,40]; MORE @0 R.A=[40,40]; R.angle = 0;"
+    count = [len(mv.loads(text.replace("MORE", more)).scene.grounds) for more in ("", "No : .ground R.A .hidden;")]
+    assert count == [1, 0]

@@ -12,7 +12,7 @@ from PIL import Image, ImageChops
 import movimentum as mv
 from tests.command import ROOT
 from tests.drawing.films import everything, figures, shot_of_page, shot_of_svg
-from tests.drawing.likeness import ALIKE, LETTERS, SMALL, Tolerance, unlike
+from tests.drawing.likeness import ALIKE, LETTERED, LETTERS, SMALL, Tolerance, unlike
 
 GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
 TRACED = {"four-bar": ("Coupler.P",), "jansen": ("ghi.W",), "trammel": ("Rod.P",)}
@@ -48,7 +48,7 @@ def test_the_gallery_looks_the_same_in_a_browser(script: Path, page: Any, tmp_pa
     motion = mv.load(script).solve()
     last = motion.timeline.frame_count - 1
     text = script.read_text(encoding="utf-8")
-    like = LETTERS if ".label" in text or ".dimension" in text else ALIKE
+    like = LETTERS if any(word in text for word in LETTERED) else ALIKE
     same(page, motion, tmp_path, like, [0, last // 2, last - 1], trace=TRACED.get(script.stem, ()))
 
 

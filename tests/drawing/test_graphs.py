@@ -153,3 +153,9 @@ def test_a_graph_of_what_never_has_a_value_is_drawn_empty(tmp_path: Path) -> Non
     assert [item.code for item in solved.diagnostics] == ["graph/empty"]
     solved.render(tmp_path / "a.png", frames=0)
     assert (tmp_path / "a.png").exists()
+
+
+def test_a_graph_that_the_canvas_cuts_off_is_told() -> None:
+    codes = [item.code for item in mv.loads(script("C.P.x").replace("[250,40]", "[350,40]")).solve().diagnostics]
+    assert codes == ["canvas/cut-off"]
+    assert not mv.loads(script("C.P.x")).solve().diagnostics

@@ -14,7 +14,7 @@ from movimentum.analysis.poles import inflection_circle, place_of, pole_of
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import FigureMark, PolodeMark, SymbolMark
 from movimentum.drawing.options import PictureOptions
-from movimentum.drawing.poles import polode
+from movimentum.drawing.polodes import polode
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing
 from tests.command import ROOT
@@ -202,6 +202,7 @@ def test_a_skeleton_draws_lines_between_joints(tmp_path: Path) -> None:
         ("V : .velocities(R.A.x) at = [0,0]; @0", "a point has a velocity, and this is a number"),
         ("V : .velocities(R.A); @0", "needs at least 1 anchor"),
         ("C : .polode R .moving .moving; @0", "given twice"),
+        ("C : .polode R .movng; @0", "did you mean `.moving`?"),
     ],
 )
 def test_what_has_no_pole_is_told(text: str, told: str) -> None:

@@ -174,3 +174,10 @@ def same_if_valid(text: str) -> bool:
         return False
     same(text)
     return True
+
+
+def test_what_is_about_whole_things_is_an_item_like_others() -> None:
+    text = (
+        "R : .bar A = [0,0] B = [9,0];\nPole : .centre R S[1] .text('P');\nP : .polode R .fixed;\nK : .skeleton;\n@0\n"
+    )
+    assert [line.index(":") for line in same(text).splitlines()[:4]] == [5, 5, 5, 5]

@@ -18,6 +18,7 @@ from movimentum.text import listed, number, time_text
 from movimentum.things.kinds.arrow import ARROW
 from movimentum.things.kinds.bar import BAR
 from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.graph import GRAPH, Axes
 from movimentum.things.kinds.label import LABEL
 from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
@@ -72,13 +73,13 @@ def leaving(motion: PathMotion, visible: Visible | None = None) -> Iterator[Diag
             low = np.minimum(low, box[shown, :2].min(axis=0))
             high = np.maximum(high, box[shown, 2:].max(axis=0))
             over = np.maximum(-seen[:, :2], seen[:, 2:] - size) >= SLACK
-            if thing.kind is not LABEL:
+            if thing.kind not in (LABEL, GRAPH):
                 over &= seen[:, 2:] - seen[:, :2] <= size  # a thing larger than the picture is not meant to fit
             away = np.maximum(box[:, :2] - size, -box[:, 2:]) >= _half_width(thing)
             for found, bad in ((cut, over.any(axis=1) & shown), (gone, away.any(axis=1) & shown)):
                 if bad.any() and thing.number not in found:
                     found[thing.number] = float(poses.times[int(np.argmax(bad))])
-    told = {*scene.mentioned, *(thing.number for thing in things if thing.kind is LABEL)}
+    told = {*scene.mentioned, *(thing.number for thing in things if thing.kind in (LABEL, GRAPH))}
     cut = {t: time for t, time in cut.items() if t in told and t not in gone}
     if gone:
         yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
@@ -131,6 +132,10 @@ def _outlines(thing: Thing) -> tuple[Points, Points]:
             part = {"left": 0.0, "center": 0.5, "right": 1.0}[thing.look.align]
             near, far = x - part * least, x - part * most
             return [(near, y), (near + least, y + 0.5 * size)], [(far, y - 0.3 * size), (far + most, y + size)]
+        case Axes(sides=(wide, high)):
+            (x, y), *_ = anchors
+            field = [(x, y), (x + wide, y), (x, y + high), (x + wide, y + high)]
+            return field, field
         case Toothed() if thing.kind is RACK:
             return _rack(thing)
         case Round() | Toothed():

@@ -47,6 +47,9 @@ def short_formula(segment_motion: SegmentMotion, tau: float, expression: Expr, s
     """`formula` for showing, found within about this many ``seconds``: simplified as far as there is time."""
     from movimentum.analysis.interactive.deadline import within
 
+    constant = within(0.5 * seconds, lambda: constant_value(segment_motion, tau, expression))
+    if constant is not None:
+        return _rational(constant)
     found: list[Any] = []
 
     def both() -> None:
@@ -60,6 +63,17 @@ def short_formula(segment_motion: SegmentMotion, tau: float, expression: Expr, s
         return found[-1]
     good = [one for one in made if operations(one) <= REASONABLE]
     return min(good, key=operations) if good else Obstacle(None, UNREASONABLE)
+
+
+def constant_value(segment_motion: SegmentMotion, tau: float, expression: Expr) -> Fraction | None:
+    """The rational number that an expression is proved to be wherever the mechanism is; None where it is not one, or
+    that is not known. Only what comes from a root is looked at: all else is short anyway.
+    """
+    if not any(block.branches for block in segment_motion.plan.blocks):
+        return None
+    from movimentum.proving.claims import constant_of
+
+    return constant_of(segment_motion, tau, expression)
 
 
 def readable(expression: Any) -> Any:
@@ -97,7 +111,7 @@ def formula(segment_motion: SegmentMotion, tau: float, expression: Expr, *, tidy
             case _:
                 return clock(segment_motion, node)
 
-    lowered = _lowered(segment_motion, expression)
+    lowered = lowered_in(segment_motion, expression)
     if isinstance(lowered, Obstacle):
         return lowered
     pending = [*symbol_numbers(lowered)]
@@ -156,7 +170,7 @@ def _obstacle(segment_motion: SegmentMotion, unknown: int, block: int | None) ->
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 
 
-def _lowered(segment_motion: SegmentMotion, expression: Expr) -> Expr | Obstacle:
+def lowered_in(segment_motion: SegmentMotion, expression: Expr) -> Expr | Obstacle:
     """An expression of the scene over the plan's unknowns; parts that the plan does not know stay as they are."""
     from movimentum.expressions import add, const, mul, sub, substitute, symbol
     from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY

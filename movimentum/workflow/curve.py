@@ -1,0 +1,65 @@
+"""`curve`: the equation of the path of a point."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from movimentum.errors import script_error
+from movimentum.expressions import symbol
+from movimentum.workflow.choices import Choices
+from movimentum.workflow.stages import arranged, solved, understand
+
+if TYPE_CHECKING:
+    from movimentum.proving.curve import PathCurve
+    from movimentum.source import SourceText
+
+SHARES = (0.37, 0.61, 0.137, 0.829)
+
+
+def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> PathCurve:
+    """The curve on which an anchor (``Thing.P``) moves in the script's first moving step.
+
+    Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
+    """
+    from movimentum.proving.balls import NoBall, as_float, over
+    from movimentum.proving.chain import chain_of, lowered
+    from movimentum.proving.curve import Late, curve_of
+    from movimentum.proving.rings import TooMuch
+    from movimentum.proving.tower import NotAlgebraic
+    from movimentum.scene.model import AnchorCoordinate
+
+    end = time.monotonic() + seconds
+    scene = understand(source, choices)
+    name, _, spot = anchor.rpartition(".")
+    thing = next((each for each in scene.things if each.name == name and each.is_body), None)
+    if thing is None:
+        known = next((each.name for each in scene.things if each.is_body and each.anchors), None)
+        raise script_error("name/unknown-thing", f"there is no `{name or anchor}`", f"for instance `{known}`")
+    number = next((k for k, each in enumerate(thing.anchors) if each.name == spot), None)
+    if number is None:
+        names = ", ".join(f"`{name}.{each.name}`" for each in thing.anchors)
+        raise script_error("name/unknown-anchor", f"`{name}` has no anchor `{spot}`", f"it has {names}")
+    motion = solved(arranged(scene, choices), choices).motion.path
+    segment = next((s for s in motion.segments if s.segment.start < s.segment.end), motion.segments[0])
+    length = float(segment.segment.end - segment.segment.start)
+    wanted = [symbol(AnchorCoordinate(thing.number, number, axis)) for axis in (0, 1)]
+    reason: str = "it takes too long; `--seconds` gives more time"
+    for share in SHARES:
+        try:
+            spots = lowered(segment, wanted)
+            chain = chain_of(segment, spots, share * length, accelerated=None, given={})
+            x, y = (chain.lowering.value(each) for each in spots)
+            chain.point.extend()
+            here = [as_float(over(chain.point.at(each.top), chain.point.at(each.bottom))) for each in (x, y)]
+            return curve_of(chain, x, y, here, end)
+        except NoBall:
+            reason = "the film's poses are special ones: the mechanism is at a dead point, or two solutions meet"
+        except Late:
+            reason = f"it takes more than {seconds:g} s; `--seconds` gives more time"
+            break
+        except (NotAlgebraic, TooMuch) as error:
+            reason = str(error) or "it takes too much work"
+            break
+    message = f"no equation was found for the path of `{anchor}`: {reason}"
+    raise script_error("curve/unknown", message, f"`movimentum curve SCRIPT {anchor} --seconds {4 * seconds:g}`")
