@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import redirect_stdout
 from difflib import unified_diff
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from movimentum.console import answer_json, is_terminal, wants_color
@@ -262,7 +263,7 @@ def _typed(session: Session, teller: Teller) -> int:
             prompt.message = message  # otherwise a question asked in between stays
 
     how = terminal_pictures.protocol()
-    draw = None if how is None else (lambda picture: terminal_pictures.show(picture, how))
+    draw = None if how is None else partial(terminal_pictures.show, how=how)
     current = [replace(session, tell=say, ask=reply_to, draw=draw)]
     teller = replace(teller, paged=True)
     history = opened_history()

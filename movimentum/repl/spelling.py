@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from sympy import Pow, Rational, S, pi
+import sympy as _sympy
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
+_LIBRARY: Any = _sympy  # it has no types
+Pow, Rational, S, pi = _LIBRARY.Pow, _LIBRARY.Rational, _LIBRARY.S, _LIBRARY.pi
 _IN_DEGREES = {"sin", "cos", "tan"}
 _TO_DEGREES = {"asin", "acos", "atan", "atan2"}
 _DIGITS = 15
@@ -21,14 +23,17 @@ class Unspoken(ValueError):
 class _Language(StrPrinter):
     """SymPy's text, with the words of the language: degrees, `.sqrt`, `^`, `{ a < b : v; w }`."""
 
+    def _listed(self, args: Any) -> str:
+        return ", ".join(str(self._print(arg)) for arg in args)
+
     def _print_Symbol(self, expr: Any) -> str:
         return ".t" if expr.name == "t" else str(expr.name)
 
-    def _print_Pi(self, expr: Any) -> str:
+    def _print_Pi(self, expr: Any) -> Any:
         del expr
         return ".pi"
 
-    def _print_Exp1(self, expr: Any) -> str:
+    def _print_Exp1(self, expr: Any) -> Any:
         del expr
         return ".exp(1)"
 
@@ -59,11 +64,11 @@ class _Language(StrPrinter):
         if name in _IN_DEGREES:
             return f".{name}({self._print(_simple(args[0] * 180 / pi))})"
         if name in _TO_DEGREES:
-            return f".{name}({', '.join(map(self._print, args))})"
+            return f".{name}({self._listed(args)})"
         word = {"log": "ln", "exp": "exp", "floor": "floor", "Mod": "mod", "Abs": "abs"}.get(name)
         if word is None:
             raise Unspoken(name)
-        return f".{word}({', '.join(map(self._print, args))})"
+        return f".{word}({self._listed(args)})"
 
     def _print_Abs(self, expr: Any) -> str:
         return f".abs({self._print(expr.args[0])})"
@@ -112,22 +117,16 @@ def _in_radians(function: Any) -> Any:
 
 def _simple(expression: Any) -> Any:
     """Degrees without the pi that came from radians."""
-    import sympy as library
-
-    sympy: Any = library
-    return sympy.expand_mul(sympy.cancel(expression)) if expression.has(pi) else expression
+    return _LIBRARY.expand_mul(_LIBRARY.cancel(expression)) if expression.has(pi) else expression
 
 
 def spelled(expression: Any) -> str | None:
     """A SymPy expression of ``t`` (seconds in the step; angles in radians) in the language; None if that has no words
     for it.
     """
-    import sympy
-
-    library: Any = sympy
     for name in _TO_DEGREES:  # those of the language are in degrees, and the factors cancel
-        own = library.Function(name)
-        expression = expression.replace(getattr(library, name), _in_radians(own))
+        own = _LIBRARY.Function(name)
+        expression = expression.replace(getattr(_LIBRARY, name), _in_radians(own))
     try:
         return str(_Language().doprint(expression))
     except Unspoken:
