@@ -7,7 +7,6 @@ import os
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from movimentum.output.files import whole_file, write_script
 from movimentum.output.merging import Clash, Merged, merged
@@ -21,9 +20,6 @@ from movimentum.terminal import typed
 from movimentum.text import counted, number, time_text
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.read import read
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
 
 COMMANDS = CommandTable()
 MOST_CLASHES = 3
@@ -66,21 +62,21 @@ def _moved_anchors(session: Session, target: str | None) -> str:
             session.draw(picture)
         else:
             with whole_file(session.refuse_overwriting(target)) as part:
-                picture.save(part, "PNG")
+                part.write_bytes(picture)
             lines.append(f"wrote {target}: t = {time_text(float(worst))}, pale as it was in the file")
     elif target is not None:
         lines.append("there is nothing to draw")
     return AnswerWithData("\n".join(lines), found)
 
 
-def _both(session: Session, time: Fraction) -> Image:
+def _both(session: Session, time: Fraction) -> bytes:
     """A moment as it is now, with the same moment of the file's film behind it."""
-    from PIL import Image
+    from movimentum.rendering.terminal_pictures import blended
 
     texts = session.text, session.original
     choices = session.work.engine.choices
     now, was = (moment_picture(choices, session.file, text, time) for text in texts)
-    return Image.blend(now, was if was.size == now.size else was.resize(now.size), PALE)
+    return blended(now, was, PALE)
 
 
 def _difference(before: str, after: str, name: str) -> str:

@@ -26,8 +26,6 @@ from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
-
     from movimentum.workflow.choices import Choices
 
 COMMANDS = CommandTable()
@@ -269,8 +267,6 @@ def plot(session: Session, argument: str) -> Answer:
             write_curves(text, poses.times.tolist(), curves, part, Path(target).suffix)
         return session, f"wrote {target}"
     if session.draw is not None:
-        from PIL import Image
-
         from movimentum.encoding.plot import write_curves
 
         names = ("",) if values.shape[1] == 1 else ("x", "y")
@@ -278,8 +274,7 @@ def plot(session: Session, argument: str) -> Answer:
         with tempfile.TemporaryDirectory(prefix="movimentum-") as folder:
             path = Path(folder) / "plot.png"
             write_curves(text, poses.times.tolist(), curves, path, ".png")
-            with Image.open(path) as drawn:
-                session.draw(drawn)
+            session.draw(path.read_bytes())
         return session, ""
     parts = [_drawn(poses.times, values[:, axis]) for axis in range(values.shape[1])]
     heads = [text] if len(parts) == 1 else [f"{text}, {axis}" for axis in "xy"]
@@ -335,12 +330,9 @@ def write_moment(choices: Choices, name: str, text: str, time: Fraction, path: P
     animate(SourceText(name, text), path, choices, show_all, lambda _done, _all: None)
 
 
-def moment_picture(choices: Choices, name: str, text: str, time: Fraction) -> Image:
+def moment_picture(choices: Choices, name: str, text: str, time: Fraction) -> bytes:
     """The same in memory."""
-    from PIL import Image
-
     with tempfile.TemporaryDirectory(prefix="movimentum-") as folder:
         path = Path(folder) / "moment.png"
         write_moment(choices, name, text, time, path)
-        with Image.open(path) as drawn:
-            return drawn.convert("RGB")
+        return path.read_bytes()

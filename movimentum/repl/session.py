@@ -19,8 +19,6 @@ from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.read import read, reads
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
-
     from movimentum.solver.path.piece import Piece
 
 PATIENCE_S = 2.0
@@ -67,8 +65,8 @@ class Session(Inspector):
     """In a terminal: shows a part of an answer before the whole of it is known."""
     ask: Callable[[str], str | None] | None = None
     """In a terminal: the answer to a question; None at the end of the input."""
-    draw: Callable[[Image], None] | None = None
-    """In a terminal that can: shows a picture."""
+    draw: Callable[[bytes], None] | None = None
+    """In a terminal that can: shows a PNG picture."""
 
     @property
     def text(self) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from movimentum.rendering.terminal_pictures import Protocol, encoded
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS
-from movimentum.repl.terminal_pictures import Protocol, encoded, has_sixel, named
+from movimentum.repl.terminal_pictures import has_sixel, named
 from movimentum.workflow.choices import Choices
 from tests.command import CRANK
 
@@ -21,6 +22,12 @@ def _picture() -> Image.Image:
     pixels[10:, 15:] = (0, 255, 51)
     pixels[19, 32] = (255, 255, 255)
     return Image.fromarray(pixels)
+
+
+def _png(picture: Image.Image) -> bytes:
+    stream = io.BytesIO()
+    picture.save(stream, "PNG")
+    return stream.getvalue()
 
 
 def _sixels(data: str, width: int, height: int) -> np.ndarray:
@@ -49,20 +56,23 @@ def _sixels(data: str, width: int, height: int) -> np.ndarray:
 
 def test_sixels():
     picture = _picture()
-    found = _sixels(encoded(picture, Protocol.SIXEL).decode(), *picture.size)
+    found = _sixels(encoded(_png(picture), Protocol.SIXEL).decode(), *picture.size)
     assert np.abs(found - np.asarray(picture).astype(int)).max() <= 2
 
 
 def test_kitty_and_iterm2_get_the_picture():
     rng = np.random.default_rng(1)
     picture = Image.fromarray(rng.integers(0, 255, (60, 90, 3), np.uint8))
-    sent = encoded(picture, Protocol.KITTY)
+    sent = encoded(_png(picture), Protocol.KITTY)
     chunks = re.findall(rb"\x1b_G([^;]*);([^\x1b]*)\x1b\\", sent)
     assert len(chunks) > 1
     assert chunks[0][0].startswith(b"a=T,f=100")
     assert [head.endswith(b"m=1") for head, _ in chunks] == [True] * (len(chunks) - 1) + [False]
     assert all(len(data) <= 4096 for _, data in chunks)
-    found = re.fullmatch(rb"\x1b\]1337;File=inline=1;size=(\d+):([^\x07]*)\x07\n", encoded(picture, Protocol.ITERM2))
+    sent = encoded(_png(picture), Protocol.ITERM2)
+    found = re.fullmatch(rb"\x1b\]1337;File=inline=1;size=(\d+):([^\x07]*)\x07\n", sent)
+        rb"\x1b\]1337;File=inline=1;size=(\d+):([^\x07]*)\x07\n", encoded(_png(picture), Protocol.ITERM2)
+    )
     for data in (b"".join(data for _, data in chunks), found[2]):
         with Image.open(io.BytesIO(base64.b64decode(data))) as again:
             assert again.tobytes() == picture.tobytes()
@@ -97,16 +107,17 @@ def test_commands_draw(tmp_path):
 
     path = tmp_path / "crank.mov"
     path.write_text(CRANK)
-    drawn = []
-    session = replace(opened(str(path), Choices()), draw=drawn.append)
+    shown = []
+    session = replace(opened(str(path), Choices()), draw=shown.append)
     assert COMMANDS["plot"].run(session, "x")[1] == ""
     assert "picture FILE" in COMMANDS["picture"].run(session, "")[1]
     assert COMMANDS["diff"].run(session, "motion")[1] == "nothing is changed"
     changed = session.edited(session.text.replace("90*.t", "45*.t"))
     assert "Crank.P" in COMMANDS["diff"].run(changed, "motion")[1]
-    assert len(drawn) == 3
+    assert len(shown) == 3
+    drawn = [Image.open(io.BytesIO(png)) for png in shown]
     assert drawn[2].size == drawn[1].size == (120, 80)
-    before = np.asarray(drawn[2]).astype(int)
+    before = np.asarray(drawn[2].convert("RGB")).astype(int)
     COMMANDS["diff"].run(replace(changed, draw=None), f"motion -o {tmp_path / 'd.png'}")
     with Image.open(tmp_path / "d.png") as written:
         assert (np.asarray(written.convert("RGB")).astype(int) == before).all()
