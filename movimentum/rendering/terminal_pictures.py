@@ -13,7 +13,7 @@ _CHUNK = 4096
 _COLOURS = 255
 
 
-class Protocol(StrEnum):
+class PictureProtocol(StrEnum):
     """How a picture gets to the terminal."""
 
     KITTY = "kitty"
@@ -30,16 +30,16 @@ def blended(now: bytes, was: bytes, pale: float) -> bytes:
     return stream.getvalue()
 
 
-def encoded(png: bytes, how: Protocol) -> bytes:
+def encoded(png: bytes, how: PictureProtocol) -> bytes:
     """What a terminal has to be sent for a PNG picture."""
     with Image.open(io.BytesIO(png)) as opened:
         picture = opened.convert("RGB")
-    if how is Protocol.SIXEL:
+    if how is PictureProtocol.SIXEL:
         return sixel(picture)
     stream = io.BytesIO()
     picture.convert("RGB").save(stream, "PNG")
     data = base64.b64encode(stream.getvalue())
-    if how is Protocol.ITERM2:
+    if how is PictureProtocol.ITERM2:
         return b"\x1b]1337;File=inline=1;size=%d:%s\x07\n" % (len(stream.getvalue()), data)
     parts = [data[k : k + _CHUNK] for k in range(0, len(data), _CHUNK)]
     last = len(parts) - 1

@@ -55,7 +55,7 @@ class Session(Inspector):
     ended: bool = False
     lines: tuple[str, ...] = ()
     """What has been typed, the latest last."""
-    pending: tuple[str, ...] = ()
+    pending: str = ""
     """Lines that the last command wants to be carried out next."""
     reading: tuple[str, ...] = ()
     """The files of commands that are being read, each inside the one before."""

@@ -156,7 +156,7 @@ def step(session: Session, line: str, teller: Teller | None = None) -> tuple[Ses
     teller.tell(after, line, text)
     if not after.pending:
         return after, True
-    lines, after = after.pending, replace(after, pending=())
+    lines, after = logical_lines(after.pending, COMMANDS), replace(after, pending="")
     after, done = steps(after, lines, replace(teller, asked=True, depth=teller.depth + 1))
     return replace(after, reading=session.reading), done
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 from movimentum.console import is_terminal
-from movimentum.rendering.terminal_pictures import Protocol, encoded
+from movimentum.rendering.terminal_pictures import PictureProtocol, encoded
 
 SETTING = "MOVIMENTUM_PICTURES"
 """The environment variable: a protocol's name forces it, `none` forbids pictures; `auto`, or nothing, looks."""
@@ -19,32 +19,32 @@ PATIENCE_S = 0.3
 """How long the terminal may take to say what it can do."""
 
 
-def protocol() -> Protocol | None:
+def protocol() -> PictureProtocol | None:
     """What the terminal of this process can show; None for no pictures."""
     if not is_terminal(sys.stdout) or not is_terminal(sys.stdin):
         return None
     found = named(os.environ)
-    return found if found is None or isinstance(found, Protocol) else _asked()
+    return found if found is None or isinstance(found, PictureProtocol) else _asked()
 
 
-def named(environment: Mapping[str, str]) -> Protocol | str | None:
+def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
     """What the environment says: a protocol, none, or "ask"."""
     wanted = environment.get(SETTING, "").strip().lower()
     if wanted in ("none", "off", "0"):
         return None
     with suppress(ValueError):
-        return Protocol(wanted)
+        return PictureProtocol(wanted)
     term, program = environment.get("TERM", ""), environment.get("TERM_PROGRAM", "")
     if environment.get("TMUX") or term.startswith(("screen", "tmux", "dumb", "linux")):
         return None  # they swallow the sequences
     if "KITTY_WINDOW_ID" in environment or term == "xterm-kitty" or program == "ghostty" or term == "xterm-ghostty":
-        return Protocol.KITTY
+        return PictureProtocol.KITTY
     if program in ("iTerm.app", "WezTerm") or environment.get("LC_TERMINAL") == "iTerm2":
-        return Protocol.ITERM2
+        return PictureProtocol.ITERM2
     return "ask"
 
 
-def _asked() -> Protocol | None:
+def _asked() -> PictureProtocol | None:
     """Ask the terminal for its primary attributes: 4 among them is sixel. Nothing of the answer is left to be read."""
     try:
         import termios
@@ -68,7 +68,7 @@ def _asked() -> Protocol | None:
         return None
     finally:
         termios.tcsetattr(stream, termios.TCSADRAIN, before)
-    return Protocol.SIXEL if has_sixel(said) else None
+    return PictureProtocol.SIXEL if has_sixel(said) else None
 
 
 def has_sixel(attributes: bytes) -> bool:
@@ -77,7 +77,7 @@ def has_sixel(attributes: bytes) -> bool:
     return found is not None and b"4" in found[1].split(b";")[1:]
 
 
-def show(picture: bytes, how: Protocol) -> None:
+def show(picture: bytes, how: PictureProtocol) -> None:
     """Put a picture on the terminal."""
     sys.stdout.flush()
     with suppress(OSError, ValueError):

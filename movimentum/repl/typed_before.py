@@ -6,10 +6,8 @@ import os
 
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable
-from movimentum.repl.lines import logical_lines
 from movimentum.repl.session import Session, refused
 from movimentum.repl.told import AnswerWithData
-from movimentum.text import counted
 from movimentum.workflow.read import read as read_text
 
 COMMANDS = CommandTable()
@@ -40,13 +38,8 @@ def read(session: Session, argument: str) -> Answer:
     path = os.path.realpath(os.path.expanduser(name))
     if path in session.reading or len(session.reading) >= MOST_NESTED:
         raise refused("file", f"`{name}` is being read already: it would read itself for ever", "help read")
-    # the table of all commands is made of this one
-    from movimentum.repl.shell import COMMANDS as ALL
-
     text = read_text(os.path.expanduser(name)).text
     kept = "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
-    lines = tuple(logical_lines(kept, ALL))
-    if not lines:
+    if not kept.strip():
         return session, f"there is nothing in {name}"
-    said = f"reading {counted(len(lines), 'line')} of {name}"
-    return replace(session, pending=lines, reading=(*session.reading, path)), said
+    return replace(session, pending=kept, reading=(*session.reading, path)), f"reading {name}"

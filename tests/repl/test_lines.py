@@ -80,7 +80,7 @@ def test_reading_files(crank, tmp_path):
     done = movimentum("repl", crank, "-c", "read a.txt; history 2", cwd=tmp_path)
     assert done.returncode == 0
     lines = done.stdout.splitlines()
-    assert lines[:3] == ["> read a.txt", "reading 4 lines of a.txt", ">> at 1/2"]
+    assert lines[:3] == ["> read a.txt", "reading a.txt", ">> at 1/2"]
     assert lines[lines.index(">>> show Crank.angle") + 1] == "Crank.angle = 10"
     (tmp_path / "b.txt").write_text("read a.txt\n")
     done = movimentum("repl", crank, "-c", "read a.txt", cwd=tmp_path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.rendering.terminal_pictures import Protocol, encoded
+from movimentum.rendering.terminal_pictures import PictureProtocol, encoded
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS
 from movimentum.repl.terminal_pictures import has_sixel, named
@@ -56,23 +56,21 @@ def _sixels(data: str, width: int, height: int) -> np.ndarray:
 
 def test_sixels():
     picture = _picture()
-    found = _sixels(encoded(_png(picture), Protocol.SIXEL).decode(), *picture.size)
+    found = _sixels(encoded(_png(picture), PictureProtocol.SIXEL).decode(), *picture.size)
     assert np.abs(found - np.asarray(picture).astype(int)).max() <= 2
 
 
 def test_kitty_and_iterm2_get_the_picture():
     rng = np.random.default_rng(1)
     picture = Image.fromarray(rng.integers(0, 255, (60, 90, 3), np.uint8))
-    sent = encoded(_png(picture), Protocol.KITTY)
+    sent = encoded(_png(picture), PictureProtocol.KITTY)
     chunks = re.findall(rb"\x1b_G([^;]*);([^\x1b]*)\x1b\\", sent)
     assert len(chunks) > 1
     assert chunks[0][0].startswith(b"a=T,f=100")
     assert [head.endswith(b"m=1") for head, _ in chunks] == [True] * (len(chunks) - 1) + [False]
     assert all(len(data) <= 4096 for _, data in chunks)
-    sent = encoded(_png(picture), Protocol.ITERM2)
+    sent = encoded(_png(picture), PictureProtocol.ITERM2)
     found = re.fullmatch(rb"\x1b\]1337;File=inline=1;size=(\d+):([^\x07]*)\x07\n", sent)
-        rb"\x1b\]1337;File=inline=1;size=(\d+):([^\x07]*)\x07\n", encoded(_png(picture), Protocol.ITERM2)
-    )
     for data in (b"".join(data for _, data in chunks), found[2]):
         with Image.open(io.BytesIO(base64.b64decode(data))) as again:
             assert again.tobytes() == picture.tobytes()
@@ -82,13 +80,13 @@ def test_kitty_and_iterm2_get_the_picture():
 @pytest.mark.parametrize(
     ("environment", "told"),
     [
-        ({"KITTY_WINDOW_ID": "1", "TERM": "xterm-kitty"}, Protocol.KITTY),
-        ({"TERM_PROGRAM": "iTerm.app", "TERM": "xterm-256color"}, Protocol.ITERM2),
+        ({"KITTY_WINDOW_ID": "1", "TERM": "xterm-kitty"}, PictureProtocol.KITTY),
+        ({"TERM_PROGRAM": "iTerm.app", "TERM": "xterm-256color"}, PictureProtocol.ITERM2),
         ({"TERM": "xterm-256color"}, "ask"),
         ({"TERM": "tmux-256color", "KITTY_WINDOW_ID": "1"}, None),
         ({"TERM": "xterm-kitty", "MOVIMENTUM_PICTURES": "none"}, None),
-        ({"TERM": "screen", "MOVIMENTUM_PICTURES": "Sixel"}, Protocol.SIXEL),
-        ({"TERM": "xterm-kitty", "MOVIMENTUM_PICTURES": "auto"}, Protocol.KITTY),
+        ({"TERM": "screen", "MOVIMENTUM_PICTURES": "Sixel"}, PictureProtocol.SIXEL),
+        ({"TERM": "xterm-kitty", "MOVIMENTUM_PICTURES": "auto"}, PictureProtocol.KITTY),
     ],
 )
 def test_the_environment(environment, told):
