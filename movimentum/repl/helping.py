@@ -10,7 +10,7 @@ from movimentum.repl.command import Command, table
 
 
 @dataclass(frozen=True, slots=True)
-class Trouble:
+class Symptom:
     """What somebody sees: ``it`` is the sentence, ``words`` others for it, ``commands`` what finds out why."""
 
     it: str
@@ -19,42 +19,42 @@ class Trouble:
 
 
 TROUBLES = (
-    Trouble(
+    Symptom(
         "it does not move",
         ("move", "moves", "still", "stands", "stuck", "rests"),
         ("check", "constraints", "why NAME", "blame EXPR", "max EXPR", "min EXPR"),
     ),
-    Trouble(
+    Symptom(
         "it moves by itself",
         ("itself", "free", "loose", "falls", "floppy", "undetermined"),
         ("free", "wiggle FILE.gif", "drag A.P to [x,y]", "why NAME"),
     ),
-    Trouble(
+    Symptom(
         "it jumps",
         ("jump", "jumps", "flips", "flip", "snaps", "mirrored", "branch"),
         ("check", "solutions", "branch", "when CONDITION", "constraints", "steps"),
     ),
-    Trouble(
+    Symptom(
         "it is not where I want it",
         ("where", "wrong", "place", "direction", "length", "value", "want", "elsewhere"),
         ("show NAME", "why not CONDITION", "solutions", "blame EXPR", "trace", "set NAME VALUE"),
     ),
-    Trouble(
+    Symptom(
         "it contradicts itself",
         ("contradicts", "contradiction", "conflict", "conflicts", "solution", "binds", "error", "errors"),
         ("check", "conflicts", "bisect", "residuals", "apply N"),
     ),
-    Trouble(
+    Symptom(
         "it stops halfway",
         ("stops", "stop", "ends", "halfway", "blocked", "reach"),
         ("check", "at T", "conflicts", "bisect", "when CONDITION", "steps"),
     ),
-    Trouble(
+    Symptom(
         "it worked before",
         ("before", "worked", "changed", "undo"),
         ("diff", "diff motion", "undo", "reload"),
     ),
-    Trouble(
+    Symptom(
         "I do not understand a message",
         ("message", "messages", "code", "understand"),
         ("explain", "explain CODE", "check"),
@@ -76,7 +76,7 @@ def help_text(commands: Mapping[str, Command], name: str) -> str | None:
     return "\n\n".join(f"{trouble.it}\n{_of(trouble, commands)}" for trouble in found)
 
 
-def _meant(text: str) -> list[Trouble]:
+def _meant(text: str) -> list[Symptom]:
     """The troubles that most of the words are about."""
     words = re.findall(r"[a-z]+", text.lower().replace("n't", " not"))
     whole = " ".join(words)
@@ -89,7 +89,7 @@ def _meant(text: str) -> list[Trouble]:
     return [trouble for trouble, score in zip(TROUBLES, scores, strict=True) if score == best > 0]
 
 
-def _of(trouble: Trouble, commands: Mapping[str, Command]) -> str:
+def _of(trouble: Symptom, commands: Mapping[str, Command]) -> str:
     rows = [[f"  {usage}", commands[usage.split()[0]].help] for usage in trouble.commands]
     return table(rows)
 
