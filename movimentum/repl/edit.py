@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from typing import NoReturn
 
-from movimentum.diagnostics import Diagnostic, Fix, Severity, render_text, to_json
+from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.records import replace
 from movimentum.repl.command import Answer, CommandTable, plain
@@ -15,21 +15,36 @@ from movimentum.repl.session import Session, refused, typed
 from movimentum.repl.told import AnswerWithData
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
-from movimentum.source import edited
+from movimentum.source import FarSpan, Span, edited
 from movimentum.syntax.suggest import nearest
 from movimentum.text import time_text
 
 COMMANDS = CommandTable()
 
 
-def told(session: Session, diagnostics: Iterable[Diagnostic]) -> Answer:
-    """Diagnostics as text; their fixes are numbered for `apply`."""
+def told(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> Answer:
+    """Diagnostics as text; their fixes are numbered for `apply`. ``brief``: in a terminal, what has been told is not
+    told again.
+    """
     suggestions: list[str | Fix] = []
     numbered = [_numbered(item, suggestions) for item in diagnostics]
-    text = render_text(numbered, session.work.source).rstrip("\n")
-    return replace(session, suggestions=tuple(suggestions)), AnswerWithData(
-        text, to_json(numbered, session.work.source)
-    )
+    shown = briefly(session, numbered) if brief else numbered
+    text = render_text(shown, session.work.source).rstrip("\n")
+    heard = frozenset((item.code, item.message) for item in numbered)
+    session = replace(session, suggestions=tuple(suggestions), heard=heard if brief else heard | session.heard)
+    return session, AnswerWithData(text, to_json(numbered, session.work.source))
+
+
+def briefly(session: Session, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """The diagnostics, in a terminal those in short that have been told before: their code, and what can be applied."""
+    shown: list[Diagnostic] = []
+    for item in diagnostics:
+        if session.ask is not None and (item.code, item.message) in session.heard:
+            line = f", line {session.work.source.position(item.span.start).line}" if item.span is not None else ""
+            fixes = tuple(text for text in item.helps if text.startswith("apply "))
+            item = Diagnostic(item.code, item.severity, f"as before{line} (`check` tells it again)", helps=fixes)
+        shown.append(item)
+    return shown
 
 
 def _numbered(item: Diagnostic, suggestions: list[str | Fix]) -> Diagnostic:
@@ -73,7 +88,7 @@ def changed(after: Session) -> Answer:
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
-    after, listed = told(after, serious)
+    after, listed = told(after, serious, brief=True)
     return after, f"{listed}\n\n{said}"
 
 
@@ -140,7 +155,9 @@ def near_commands(word: str, commands: Iterable[str]) -> list[str]:
     if begun and len(word) > 0:
         return begun[:3]
     guess = nearest(word, names)
-    return [guess] if guess is not None else difflib.get_close_matches(word.lower(), names, 2, 0.6)
+    if guess is not None:
+        return difflib.get_close_matches(word.lower(), names, 1, 0.85) or [guess]
+    return difflib.get_close_matches(word.lower(), names, 2, 0.6)
 
 
 def _stated(session: Session, text: str) -> Answer:
@@ -179,8 +196,25 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
         if item.severity is Severity.ERROR and item.span is not None:
             span = replace(item.span, start=item.span.start - offset, end=item.span.end - offset)
             inside = span.start >= 0 and span.end <= len(text) + 1
-            shifted.append(replace(item, span=span if inside else None, labels=()))
+            own, notes = list[Label](), list[str]()
+            for label in item.labels:
+                place = Span(label.span.start - offset, label.span.end - offset)
+                if place.start >= 0 and place.end <= len(text) + 1:
+                    own.append(replace(label, span=place))
+                else:
+                    notes.append(_elsewhere(after, trial, label))
+            told_there = replace(item, span=span if inside else None, label=item.label if inside else "", fixes=())
+            shifted.append(replace(told_there, labels=tuple(own), notes=(*notes, *item.notes)))
     raise ScriptError(shifted[:3] or after.work.diagnostics[:3], typed(text))
+
+
+def _elsewhere(after: Session, trial: str, label: Label) -> str:
+    """What a message says about another place than the typed text."""
+    if isinstance(label.span, FarSpan) or label.span.end > len(trial):
+        return label.message
+    line = after.work.source.position(label.span.start).line
+    text = " ".join(trial[label.span.start : label.span.end].split())
+    return f"line {line}, `{text}`{': ' if label.message else ''}{label.message}"
 
 
 @COMMANDS.add("drop KEY")

@@ -62,6 +62,8 @@ def formula(session: Session, argument: str) -> Answer:
         formulas = session.formulas(text, PATIENCE_S)
     import sympy
 
+    from movimentum.repl.spelling import spelled
+
     lines: list[str] = []
     for label, found in formulas:
         if isinstance(found, Obstacle) and found.words == UNREASONABLE:
@@ -69,9 +71,10 @@ def formula(session: Session, argument: str) -> Answer:
         elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")
         else:
-            lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
+            text = spelled(found) or f"{sympy.sstr(found, full_prec=False)} (in SymPy's words)"
+            lines += [f"{label} = {text}", f"  {sympy.latex(found)}"]
     since = time_text(float(session.segment_motion.segment.start))
-    lines.append(f"(t counts from {since}, where this step begins; angles in radians inside)")
+    lines.append(f"(.t counts from {since}, where this step begins)")
     return session, AnswerWithData("\n".join(lines), {label: str(found) for label, found in formulas})
 
 

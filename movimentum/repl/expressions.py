@@ -42,7 +42,9 @@ def at_the_prompt(session: Session, text: str) -> Generator[None, None, None]:
             item = replace(item, message=item.message.replace("nothing can be claimed about it", "it has no value"))
         if item.code == NOT_A_READING:
             item = replace(item, message="this has to be solved for, which `show`, `watch` and `plot` do", helps=())
-        raise ScriptError([item], typed(text.strip())) from error
+        asked = text.strip()
+        inside = tuple(label for label in item.labels if label.span.end <= len(asked))
+        raise ScriptError([replace(item, labels=inside)], typed(asked)) from error
 
 
 def query(session: Session, text: str) -> Query:

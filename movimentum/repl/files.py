@@ -5,12 +5,14 @@ from __future__ import annotations
 import difflib
 import os
 import re
+from fractions import Fraction
 from pathlib import Path
 
-from movimentum.output.files import write_script
+from movimentum.output.files import whole_file, write_script
 from movimentum.output.merging import Clash, Merged, merged
 from movimentum.records import replace
-from movimentum.repl.command import Answer, CommandTable, plain, table
+from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
+from movimentum.repl.inspect import moment_picture
 from movimentum.repl.session import Session, refused
 from movimentum.repl.told import AnswerWithData
 from movimentum.source import SourceText
@@ -21,24 +23,30 @@ from movimentum.workflow.read import read
 
 COMMANDS = CommandTable()
 MOST_CLASHES = 3
+PALE = 0.3
+"""How much of a picture of two films is the one of the file."""
 
 
-@COMMANDS.add("diff [motion]")
+@COMMANDS.add("diff [motion [-o FILE.png]]")
 def diff(session: Session, argument: str) -> Answer:
     """the changes, against the file; `diff motion`: which anchors they move, by how much, and when first"""
-    if argument.strip() == "motion":
-        return session, _moved_anchors(session)
+    words, target = split_output(argument, (".png",))
+    if words == "motion":
+        return session, _moved_anchors(session, target)
     plain(argument, "diff")
     return session, _difference(session.original, session.text, session.file) or "nothing is changed"
 
 
-def _moved_anchors(session: Session) -> str:
-    """The anchors that are elsewhere than in the film of the file, the farthest first."""
+def _moved_anchors(session: Session, target: str | None) -> str:
+    """The anchors that are elsewhere than in the film of the file, the farthest first; with a picture of the moment
+    when the first of them is farthest away: as it is now, and pale as it was.
+    """
     from movimentum.workflow.motion_difference import motion_difference
 
     if session.text == session.original:
         return "nothing is changed"
-    before = Engine(session.work.engine.choices).revise(SourceText(session.work.source.path, session.original))
+    choices = session.work.engine.choices
+    before = Engine(choices).revise(SourceText(session.work.source.path, session.original))
     found = motion_difference(before, session.work)
     rows = [["anchor", "by at most", "at t", "first at t"]]
     for item in found.moved:
@@ -46,7 +54,29 @@ def _moved_anchors(session: Session) -> str:
         rows.append([item.anchor, number(item.amount), *times])
     lines = [table(rows)] if found.moved else ["no anchor moves differently"]
     lines += [f"only in the film {where}: {', '.join(names)}" for where, names in found.only if names]
+    if found.moved and (target is not None or session.draw is not None):
+        worst = found.moved[0].worst
+        picture = _both(session, worst)
+        if target is None:
+            assert session.draw is not None
+            session.draw(picture)
+        else:
+            with whole_file(session.refuse_overwriting(target)) as part:
+                part.write_bytes(picture)
+            lines.append(f"wrote {target}: t = {time_text(float(worst))}, pale as it was in the file")
+    elif target is not None:
+        lines.append("there is nothing to draw")
     return AnswerWithData("\n".join(lines), found)
+
+
+def _both(session: Session, time: Fraction) -> bytes:
+    """A moment as it is now, with the same moment of the file's film behind it."""
+    from movimentum.rendering.terminal_pictures import blended
+
+    texts = session.text, session.original
+    choices = session.work.engine.choices
+    now, was = (moment_picture(choices, session.file, text, time) for text in texts)
+    return blended(now, was, PALE)
 
 
 def _difference(before: str, after: str, name: str) -> str:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+import tempfile
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +24,9 @@ from movimentum.repl.told import AnswerWithData
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
+
+if TYPE_CHECKING:
+    from movimentum.workflow.choices import Choices
 
 COMMANDS = CommandTable()
 
@@ -260,6 +266,16 @@ def plot(session: Session, argument: str) -> Answer:
         with whole_file(session.refuse_overwriting(target)) as part:
             write_curves(text, poses.times.tolist(), curves, part, Path(target).suffix)
         return session, f"wrote {target}"
+    if session.draw is not None:
+        from movimentum.encoding.plot import write_curves
+
+        names = ("",) if values.shape[1] == 1 else ("x", "y")
+        curves = [(name, values[:, axis].tolist()) for axis, name in enumerate(names)]
+        with tempfile.TemporaryDirectory(prefix="movimentum-") as folder:
+            path = Path(folder) / "plot.png"
+            write_curves(text, poses.times.tolist(), curves, path, ".png")
+            session.draw(path.read_bytes())
+        return session, ""
     parts = [_drawn(poses.times, values[:, axis]) for axis in range(values.shape[1])]
     heads = [text] if len(parts) == 1 else [f"{text}, {axis}" for axis in "xy"]
     return session, "\n".join(f"{head}\n{part}" for head, part in zip(heads, parts, strict=True))
@@ -295,13 +311,28 @@ def _drawn(times: FloatArray, values: FloatArray) -> str:
 
 @COMMANDS.add("picture [FILE]")
 def picture(session: Session, argument: str) -> Answer:
-    """this moment as a .png, with names, anchors and free motions"""  # noqa: D404
+    """this moment as a .png, with names, anchors and free motions; without FILE, on terminals that show pictures"""  # noqa: D404
+    if not argument.strip() and session.draw is not None:
+        session.draw(moment_picture(session.work.engine.choices, session.file, session.text, session.time))
+        return session, _with_caveat(session, "`picture FILE` writes it")
     name = argument.strip().removeprefix("-o").strip() or f"{Path(session.file).stem or 'moment'}.png"
     if not name.lower().endswith(".png"):
         raise refused("file", f"`{name}` is not a .png file", f"picture {Path(name).stem}.png")
+    write_moment(session.work.engine.choices, session.file, session.text, session.time, Path(name))
+    return session, _with_caveat(session, f"wrote {name}")
+
+
+def write_moment(choices: Choices, name: str, text: str, time: Fraction, path: Path) -> None:
+    """A moment of a script as a .png, with names, anchors and free motions."""
     from movimentum.workflow.choices import Picture
 
-    show_all = Picture(at=session.time, show=frozenset({"names", "anchors", "free"}), workers=1)
-    choices = session.work.engine.choices
-    animate(SourceText(session.file, session.text), Path(name), choices, show_all, lambda _done, _all: None)
-    return session, _with_caveat(session, f"wrote {name}")
+    show_all = Picture(at=time, show=frozenset({"names", "anchors", "free"}), workers=1)
+    animate(SourceText(name, text), path, choices, show_all, lambda _done, _all: None)
+
+
+def moment_picture(choices: Choices, name: str, text: str, time: Fraction) -> bytes:
+    """The same in memory."""
+    with tempfile.TemporaryDirectory(prefix="movimentum-") as folder:
+        path = Path(folder) / "moment.png"
+        write_moment(choices, name, text, time, path)
+        return path.read_bytes()

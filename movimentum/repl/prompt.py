@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from prompt_toolkit import PromptSession
+from prompt_toolkit.application import get_app
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
-from prompt_toolkit.history import InMemoryHistory
+from prompt_toolkit.filters import Condition
+from prompt_toolkit.history import History
 from prompt_toolkit.lexers import Lexer
 
 from movimentum.errors import MovimentumError
@@ -69,8 +71,17 @@ class SessionCompleter(Completer):
                 yield Completion(option, -len(begun))
 
 
-def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> PromptSession[Any]:
-    """The prompt, which shows the time that is looked at, and completes ``commands`` and names."""
+def make_prompt(
+    session: Callable[[], Session], commands: Sequence[str], history: History, unfinished: Callable[[str], bool]
+) -> PromptSession[Any]:
+    """The prompt, which shows the time that is looked at, and completes ``commands`` and names. Behind an
+    ``unfinished`` line the input goes on; an empty line ends it.
+    """
+
+    @Condition
+    def goes_on() -> bool:
+        text = get_app().current_buffer.text
+        return bool(text.rpartition("\n")[2].strip()) and unfinished(text)
 
     def message() -> str:
         now = session()
@@ -80,7 +91,9 @@ def make_prompt(session: Callable[[], Session], commands: Sequence[str]) -> Prom
 
     return PromptSession(
         message,
-        history=InMemoryHistory(),
+        history=history,
+        multiline=goes_on,
+        prompt_continuation=lambda width, _line, _wrapped: ". ".rjust(width),
         completer=SessionCompleter(session, commands),
         complete_while_typing=False,
         lexer=_colours(),

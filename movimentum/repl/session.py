@@ -53,10 +53,20 @@ class Session(Inspector):
     future: tuple[str, ...] = ()
     suggestions: tuple[str | Fix, ...] = ()
     ended: bool = False
+    lines: tuple[str, ...] = ()
+    """What has been typed, the latest last."""
+    pending: str = ""
+    """Lines that the last command wants to be carried out next."""
+    reading: tuple[str, ...] = ()
+    """The files of commands that are being read, each inside the one before."""
+    heard: frozenset[tuple[str, str]] = frozenset()
+    """Codes and texts of the script's messages that have been told."""
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""
     ask: Callable[[str], str | None] | None = None
     """In a terminal: the answer to a question; None at the end of the input."""
+    draw: Callable[[bytes], None] | None = None
+    """In a terminal that can: shows a PNG picture."""
 
     @property
     def text(self) -> str:

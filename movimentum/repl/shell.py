@@ -5,22 +5,27 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import redirect_stdout
 from difflib import unified_diff
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from movimentum.console import answer_json, is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text, to_json
-from movimentum.errors import MovimentumError, UsageError
+from movimentum.errors import MovimentumError, ScriptError, UsageError
 from movimentum.records import dataclass, field, replace
-from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script
-from movimentum.repl.command import Answer, table
+from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script, typed_before
+from movimentum.repl.command import Answer
+from movimentum.repl.helping import help_text
+from movimentum.repl.lines import command_of, logical_lines, unfinished
+from movimentum.repl.pager import in_pager, is_long
 from movimentum.repl.session import Session, refused, typed
 from movimentum.repl.told import as_json
 from movimentum.signals import signal_handled
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
+from movimentum.text import counted
 
 if TYPE_CHECKING:
     from prompt_toolkit import PromptSession
@@ -34,18 +39,10 @@ COMMANDS = {
     **edit.COMMANDS,
     **script.COMMANDS,
     **files.COMMANDS,
+    **typed_before.COMMANDS,
 }
 QUIT = ("quit", "exit")
-TASKS = {
-    "does not move": "`check`, `free`, `why NAME`, `blame EXPR`",
-    "jumps": "`check`, `branch`, `solutions`, `when CONDITION`",
-    "is not where I want it": "`why not CONDITION`, `solutions`, `blame EXPR`, `trace`",
-    "has no solution": "`conflicts`, `bisect`, `residuals`",
-    "did work before": "`diff`, `diff motion`, `undo`",
-}
-"""What is wrong, and the commands that find out why."""
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")
-_RELATION = re.compile(r"\s*[=<>~]|\.")
 
 
 def answer(session: Session, line: str) -> Answer:
@@ -55,13 +52,13 @@ def answer(session: Session, line: str) -> Answer:
         return session, ""
     word = text.split(None, 1)[0].rstrip("?;")
     rest = text[len(word) :]
+    found = command_of(text, COMMANDS)
     if text in QUIT:
         return replace(session, ended=True), ""
     if word in ("help", "") or text.endswith("?"):
         return session, _help(word if text.endswith("?") and word else rest.strip(" ?"))
-    # `free = 3` is about a variable of that name, `free` is the command
-    if word in COMMANDS and not _RELATION.match(rest) and (not rest or rest[0] in " \t;"):
-        return COMMANDS[word].run(session, rest.strip().removesuffix(";").rstrip())
+    if found is not None:
+        return found[0].run(session, found[1])
     part = script.typed_part(session, text)
     return edit.try_statement(session, text, _words()) if part is None else part
 
@@ -72,17 +69,10 @@ def _words() -> list[str]:
 
 
 def _help(name: str) -> str:
-    if name:
-        command = COMMANDS.get(name)
-        if command is None:
-            raise _unknown(name)
-        return f"{command.usage}\n  {command.help}"
-    rows = [[command.usage, command.help] for command in COMMANDS.values()]
-    rows.append(["STATEMENT;", "try it: it takes effect at once, at this step, under the key convention"])
-    rows.append(["help [COMMAND], COMMAND?", "this list, or help for one command"])
-    rows += [[f"it {trouble}", f"try {commands}"] for trouble, commands in TASKS.items()]
-    rows.append(["quit", "end (so does the end of the input); in a terminal, it asks if changes are not saved"])
-    return table(rows)
+    text = help_text(COMMANDS, name)
+    if text is None:
+        raise _unknown(name)
+    return text
 
 
 def _unknown(name: str) -> UsageError:
@@ -112,39 +102,51 @@ def complain(diagnostics: Iterable[Diagnostic], source: SourceText | None = None
 @dataclass(slots=True)
 class Teller:
     """How answers are shown: as text, each after its question if ``asked``, or as a line of JSON each; ``record`` keeps
-    them as text.
+    them as text. ``paged``: what is longer than the terminal goes through a pager. ``depth``: 2 for lines of a file
+    that is read, 3 for one that this reads.
     """
 
     json: bool = False
     asked: bool = False
+    paged: bool = False
+    depth: int = 1
     record: list[str] = field(default_factory=list[str])
 
     def tell(self, session: Session, line: str, text: str, problem: MovimentumError | None = None) -> None:
         """The answer to ``line``, or the ``problem`` with it."""
-        question = f"> {line.strip()}"
+        question = f"{'>' * self.depth} {' '.join(line.splitlines()).strip()}" if line else ""
         if problem is not None:
             source = problem.source or session.work.source
             text = render_text(problem.diagnostics, source).rstrip("\n")
-        self.record += [question, *filter(None, [visible_lines(text)]), ""]
+        self.record += [*filter(None, [question]), *filter(None, [visible_lines(text)]), ""]
         if self.json:
             time = float(session.time) if session.work.moves else None
             found = None if problem is None else to_json(problem.diagnostics, problem.source or session.work.source)
             answer_json(as_json(line.strip(), time, text if problem is None else None, found))
             return
-        if self.asked and (text or problem is not None):
+        if self.asked and question and (text or problem is not None):
             say(question)
-        if problem is None:
+        if self.paged and is_long(text):
+            in_pager(visible_lines(text))
+        elif problem is None:
             say(text)
         else:
             complain(problem.diagnostics, problem.source or session.work.source)
 
 
 def step(session: Session, line: str, teller: Teller | None = None) -> tuple[Session, bool]:
-    """Carry out one line and show its answer; whether it could be done."""
+    """Carry out one line, and what it wants to be carried out next, and show the answers; whether all could be done."""
     teller = teller or Teller()
+    if line.strip():
+        session = replace(session, lines=(*session.lines, line.strip()))
     try:
         after, text = answer(session, line)
     except MovimentumError as error:
+        if error.source is None or error.source.path == session.work.source.path:
+            shown = ScriptError(edit.briefly(session, error.diagnostics), error.source)
+            heard = {(item.code, item.message) for item in error.diagnostics}
+            session = replace(session, heard=session.heard | heard)
+            error = shown
         teller.tell(session, line, "", error)
         return session, False
     except (OSError, RecursionError, ArithmeticError, NotImplementedError, MemoryError) as error:
@@ -152,7 +154,27 @@ def step(session: Session, line: str, teller: Teller | None = None) -> tuple[Ses
         teller.tell(session, line, "", UsageError([Diagnostic("repl/failed", Severity.ERROR, message)], typed("")))
         return session, False
     teller.tell(after, line, text)
-    return after, True
+    if not after.pending:
+        return after, True
+    lines, after = logical_lines(after.pending, COMMANDS), replace(after, pending="")
+    after, done = steps(after, lines, replace(teller, asked=True, depth=teller.depth + 1))
+    return replace(after, reading=session.reading), done
+
+
+def steps(session: Session, lines: Sequence[str], teller: Teller) -> tuple[Session, bool]:
+    """Carry out lines one after the other, up to the first that fails; whether all could be done."""
+    for place, line in enumerate(lines, 1):
+        session, done = step(session, line, teller)
+        if session.ended:
+            break
+        if not done:
+            if place < len(lines):
+                rest = counted(len(lines) - place, "line")
+                were = "was" if len(lines) - place == 1 else "were"
+                message = f"stopped at `{' '.join(line.split())}`: {rest} after it {were} not carried out"
+                teller.tell(session, "", "", refused("stopped", message))
+            return session, False
+    return session, True
 
 
 def greet(session: Session) -> Session:
@@ -223,6 +245,8 @@ def _piped() -> Iterator[str]:
 def _typed(session: Session, teller: Teller) -> int:
     from prompt_toolkit.patch_stdout import patch_stdout
 
+    from movimentum.repl import terminal_pictures
+    from movimentum.repl.history import opened_history
     from movimentum.repl.prompt import make_prompt
 
     def reply_to(question: str | None = None) -> str | None:
@@ -238,24 +262,34 @@ def _typed(session: Session, teller: Teller) -> int:
         finally:
             prompt.message = message  # otherwise a question asked in between stays
 
-    current = [replace(session, tell=say, ask=reply_to)]
-    prompt: PromptSession[Any] = make_prompt(lambda: current[0], [*COMMANDS, "help", "quit"])
+    how = terminal_pictures.protocol()
+    draw = None if how is None else partial(terminal_pictures.show, how=how)
+    current = [replace(session, tell=say, ask=reply_to, draw=draw)]
+    teller = replace(teller, paged=True)
+    history = opened_history()
+    prompt: PromptSession[Any] = make_prompt(
+        lambda: current[0], [*COMMANDS, "help", "quit"], history, lambda text: unfinished(text, COMMANDS)
+    )
     message = prompt.message
 
+    kept = list(history.load_history_strings())
+    current[0] = replace(current[0], lines=tuple(reversed(kept)))
     while True:
         line = reply_to()
-        if line is None or line.strip().rstrip(";") in QUIT:
+        current[0] = replace(current[0], ended=line is None or line.strip().rstrip(";") in QUIT)
+        if line is not None and not current[0].ended:
+            try:
+                lines = logical_lines(line, COMMANDS)
+                current[0], _ = steps(current[0], lines, replace(teller, asked=len(lines) > 1))
+            except KeyboardInterrupt:  # the session is as it was before the command
+                signal_handled()
+                complain([INTERRUPTED])
+        if current[0].ended:
             if current[0].text == current[0].original:
                 return 0
             reply = reply_to("there are unsaved changes, which `write` would save; quit anyway? [y/N] ")
             if reply is None or reply.strip().lower() in ("y", "yes", *QUIT):
                 return 0
-            continue
-        try:
-            current[0], _ = step(current[0], line, teller)
-        except KeyboardInterrupt:  # the session is as it was before the command
-            signal_handled()
-            complain([INTERRUPTED])
 
 
 def replay(session: Session, recorded: str, name: str, teller: Teller) -> int:

@@ -166,6 +166,7 @@ def test_in_a_terminal_quit_asks_and_ctrl_c_ends_a_command_only(tmp_path):
     child, terminal = pty.fork()
     if child == 0:
         os.environ["TERM"] = "xterm"
+        os.environ["XDG_STATE_HOME"] = str(tmp_path / "state")
         os.execv(sys.executable, [sys.executable, "-m", "movimentum", "repl", str(path)])
     seen = b""
 

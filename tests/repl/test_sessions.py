@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import sympy
 from PIL import Image
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
@@ -127,11 +126,10 @@ def test_why_names_what_determines_and_nothing_else(talk):
 def test_a_formula_agrees_with_the_motion(talk, name):
     say = talk()
     text = say(f"formula {name}").splitlines()[0].split(" = ", 1)[1]
-    t = sympy.Symbol("t", real=True)
-    function = sympy.lambdify(t, sympy.sympify(text, locals={"t": t}))
     for time in ("0.1", "0.7", "1.3"):
         say(f"at {time}")
-        assert abs(float(say(f"show {name}").split()[-1]) - float(function(float(time)))) < 1e-6
+        apart = say(f"show {name} - ({text})")  # it is an expression of the language
+        assert abs(float(apart.split()[-1])) < 1e-6
 
 
 def test_no_formula_without_a_closed_form(talk):

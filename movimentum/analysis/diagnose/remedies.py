@@ -20,6 +20,7 @@ MOST_PINS = 8
 """Pins at other anchors that are tried."""
 MOST_LEFT_OUT = 6
 """Of contradicting constraints, so many of the last ones are offered to be left out."""
+_WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*")
 _LAST_WORD = re.compile(r"\.\s*([A-Za-z]\w*)\s*\Z")
 
 
@@ -49,7 +50,23 @@ def so_long(scene: Scene, thing: Thing, wanted: float, now: float) -> Iterator[F
         yield Fix(f"give `{thing.name}` its own definition, {length}", () if edit is None else (edit,))
     elif written_once(scene, thing.span):
         yield Fix(f"make `{thing.name}` {length}", () if edit is None else (edit,))
+    yield from _other_constants(scene, thing, wanted / now)
     yield from (Fix(title, (change,)) for title, change in arguments(scene, thing, wanted / now))
+
+
+def _other_constants(scene: Scene, thing: Thing, factor: float) -> Iterator[Fix]:
+    """Each constant that the thing's definition names, with the value that would make the thing as long as it has to
+    be, if its length is proportional to it.
+    """
+    words = set(_WORD.findall(scene.source.slice(thing.span)))
+    for constant in scene.constants:
+        value = float(constant.value[0].value) if len(constant.value) == 1 else 0.0
+        if constant.name not in words or not value:
+            continue
+        wanted = number(value * factor, 11)
+        edit = in_script(scene, Edit(constant.expression, wanted))
+        if edit is not None:  # one outside of its `.range` fails when it is tried
+            yield Fix(f"set `{constant.name}` to {wanted} (it is {number(value, 6)})", (edit,))
 
 
 def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Constraint]) -> list[Fix]:
