@@ -223,7 +223,10 @@ def test_a_length_is_offered_with_which_the_mechanism_reaches_all_the_way(room: 
     told, _ = checked(REACH.format(speed=60), room)
     (bound,) = (item for item in told if item["code"] == "solve/unreachable")
     assert bound["fixes"]
-    assert all(fix["title"].startswith("make `") for fix in bound["fixes"])
+    titles = [fix["title"] for fix in bound["fixes"]]
+    lengths = [title for title in titles if title.startswith("make `")]
+    assert lengths == titles[: len(lengths)] != []  # other pins come after them
+    assert all("` instead of `" in title for title in titles[len(lengths) :])
     assert_all_work(REACH.format(speed=60), room)
 
 

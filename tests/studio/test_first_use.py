@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 
+from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
 
 pytestmark = pytest.mark.slow
@@ -65,9 +66,12 @@ def test_a_four_bar_moves_by_following_the_page(opened: Opened) -> None:
 
 def test_thumbnails_move_and_a_click_opens_and_plays(opened: Opened) -> None:
     tab = opened(None)
-    card = tab.testid("gallery-5")  # the four-bar
+    place = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov")).index("four-bar")
+    card = tab.testid(f"gallery-{place}")
     tab.page.wait_for_function("() => document.querySelectorAll('#start canvas[data-moves=true]').length > 5")
-    tab.page.wait_for_function("() => document.querySelector('[data-testid=gallery-5] canvas').dataset.frame > 2")
+    tab.page.wait_for_function(
+        f"() => document.querySelector('[data-testid=gallery-{place}] canvas').dataset.frame > 2"
+    )
     assert card.inner_text().strip() == "four-bar"
     card.click()
     state = tab.until("s.playing && s.frame > 2")
