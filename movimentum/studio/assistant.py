@@ -15,6 +15,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any
 
+from movimentum import messages
 from movimentum.diagnostics import Diagnostic
 from movimentum.editing import about, completion, renaming
 from movimentum.editing.project import Project, text_on_disk
@@ -41,6 +42,7 @@ class Assistant:
         self._answers: dict[type, Callable[[Any], None]] = {
             m.ProposalsAsked: self._complete,
             m.AboutAsked: self._explain,
+            m.MeaningAsked: self._mean,
             m.NamingAsked: self._name,
             m.RenameAsked: self._rename,
             m.FormatAsked: self._format,
@@ -135,6 +137,10 @@ class Assistant:
             return
         span = (found.span.start, found.span.end)
         self._send(m.AboutTold(asked.rev, asked.place, span, found.written, list(found.paragraphs)))
+
+    def _mean(self, asked: m.MeaningAsked) -> None:
+        text = "\n\n\n".join(each.text for each in messages.find(asked.code))
+        self._send(m.MeaningTold(asked.rev, asked.code, text or "Nothing is written about this code."))
 
     def _name(self, asked: m.NamingAsked) -> None:
         use = renaming.renamable(self._project, self._path, asked.place)

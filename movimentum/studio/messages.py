@@ -12,6 +12,8 @@ from typing import Any
 from movimentum.studio.script_messages import AboutAsked as AboutAsked
 from movimentum.studio.script_messages import AboutTold as AboutTold
 from movimentum.studio.script_messages import FormatAsked as FormatAsked
+from movimentum.studio.script_messages import MeaningAsked as MeaningAsked
+from movimentum.studio.script_messages import MeaningTold as MeaningTold
 from movimentum.studio.script_messages import NamingAsked as NamingAsked
 from movimentum.studio.script_messages import NamingTold as NamingTold
 from movimentum.studio.script_messages import ProposalsAsked as ProposalsAsked

@@ -23,6 +23,13 @@ class AboutAsked(FromPage, kind="about"):
     place: int
 
 
+class MeaningAsked(FromPage, kind="meaning"):
+    """What do messages with this ``code`` mean?"""
+
+    rev: int
+    code: str
+
+
 class NamingAsked(FromPage, kind="naming"):
     """Could what stands at ``place`` get another name?"""
 
@@ -53,6 +60,14 @@ class ProposalsTold(ToPage, kind="proposals"):
     place: int
     span: tuple[int, int]
     proposals: list[dict[str, Any]]
+
+
+class MeaningTold(ToPage, kind="meant"):
+    """What messages with ``code`` mean and what to do, with examples (see `movimentum.messages`)."""
+
+    rev: int
+    code: str
+    text: str
 
 
 class AboutTold(ToPage, kind="explained"):

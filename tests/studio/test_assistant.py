@@ -13,6 +13,7 @@ from movimentum.editing.about import Facts
 from movimentum.editing.completion import proposals
 from movimentum.editing.project import Project
 from movimentum.formatting.format import formatted
+from movimentum.messages import explanations
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio import messages as m
 from movimentum.studio.assistant import Assistant
@@ -108,6 +109,14 @@ def test_what_a_name_is_and_what_is_known_of_it(desk: Callable[..., Desk]) -> No
     assert told.written.startswith("Crank : .bar")
     found.worker.facts = lambda name: Facts("90°", (f"8: {name}.angle = 180*.t",))
     assert "At the beginning: `Crank` = 90°" in found.ask(m.AboutAsked(1, place)).paragraphs
+
+
+def test_every_code_of_a_message_is_explained(desk: Callable[..., Desk]) -> None:
+    here = desk(FOUR_BAR)
+    for code, each in explanations().items():
+        told = here.ask(m.MeaningAsked(here.rev, code))
+        assert (told.code, told.text) == (code, each.text)
+    assert here.ask(m.MeaningAsked(here.rev, "no/such-code")).text == "Nothing is written about this code."
 
 
 def test_another_name_everywhere(desk: Callable[..., Desk]) -> None:

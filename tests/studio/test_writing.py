@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from movimentum.formatting.format import formatted
+from movimentum.messages import explanations
 from movimentum.source import SourceText
 from tests.studio.conftest import Tab
 from tests.studio.scripts import FOUR_BAR
@@ -170,3 +171,18 @@ def test_an_answer_for_an_older_text_is_dropped(opened: Opened) -> None:
     tab.page.wait_for_timeout(400)
     assert tab.testid("new-name").count() == 0
     assert "Couxpler.B" in tab.text()
+
+
+def test_a_message_tells_what_its_code_means(opened: Opened) -> None:
+    tab = opened(FOUR_BAR + "    Crank.Q = [0,0];\n")
+    box = tab.testid("meaning-name/unknown-anchor")
+    box.wait_for()
+    box.locator("summary").click()
+    text = box.locator("pre")
+    tab.page.wait_for_function("() => document.querySelector('.meaning pre').innerText.length > 20")
+    assert text.inner_text().strip() == explanations()["name/unknown-anchor"].text.strip()
+    end(tab)
+    tab.page.keyboard.type("// more")  # what is open stays open
+    tab.page.wait_for_timeout(600)
+    assert tab.testid("meaning-name/unknown-anchor").evaluate("box => box.open")
+    assert text.inner_text().strip() == explanations()["name/unknown-anchor"].text.strip()

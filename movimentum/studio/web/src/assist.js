@@ -137,6 +137,12 @@ export class Assist {
     else if (found) app.hint("There is nothing to say about what stands here: go to a name or a word.");
   }
 
+  /* What a message's code means; null if nobody answers. */
+  async mean(code) {
+    const found = await this.ask("meaning", "meant", {code});
+    return found && found.code === code ? found.text : null;
+  }
+
   show(tooltip) {
     this.app.editor.view.dispatch({effects: shown.of(tooltip)});
   }

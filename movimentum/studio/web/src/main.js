@@ -134,6 +134,7 @@ class App {
       proposals: () => this.assist.told(message),
       explained: () => this.assist.told(message),
       named: () => this.assist.told(message),
+      meant: () => this.assist.told(message),
       edits: () => { if (!this.assist.told(message)) this.edited(message); },
       answer: () => this.answered(message),
       plotted: () => this.controls.plotted(message),
@@ -185,6 +186,7 @@ class App {
       settled: this.settled,
       calm: blank ? "Draw with the tools, or type." : "Everything is determined and agrees.",
       poses: () => this.ask("solutions", ""),
+      mean: (code) => this.assist.mean(code),
       go: (item) => { if (item.from !== null) { this.editor.select(this.offsets.span([item.from, item.to])); this.editor.focus(); } },
       fix: (fix) => this.editor.apply(fix.edits.map((edit) => ({from: this.offsets.unit(edit.from), to: this.offsets.unit(edit.to), text: edit.text}))),
     });

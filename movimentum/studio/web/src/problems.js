@@ -1,7 +1,26 @@
 /* What is wrong, with buttons that mend it. */
 import {make} from "./dom.js";
 
-export function showProblems(place, diagnostics, {go, fix, poses, settled, calm}) {
+const meanings = new Map(), open = new Set(); // by code; what is open stays open while somebody types
+
+/* The code of a message, and what it means when it is opened. */
+function meaning(code, mean) {
+  const text = make("pre", {text: meanings.get(code) || "…"});
+  const box = make("details", {class: "meaning", "data-testid": `meaning-${code}`}, make("summary", {text: code, title: "What this message means, and what to do"}), text);
+  const fill = async () => {
+    if (!meanings.has(code)) {
+      const told = await mean(code);
+      if (told === null) return; // the text has changed: the message comes again, and asks again
+      meanings.set(code, told);
+    }
+    text.textContent = meanings.get(code);
+  };
+  box.open = open.has(code);
+  box.addEventListener("toggle", () => { if (box.open) { open.add(code); fill(); } else open.delete(code); });
+  return box;
+}
+
+export function showProblems(place, diagnostics, {go, fix, poses, mean, settled, calm}) {
   let number = 0;
   const rows = diagnostics.map((item) => {
     const where = item.line === null ? "" : `line ${item.line}`;
@@ -19,6 +38,7 @@ export function showProblems(place, diagnostics, {go, fix, poses, settled, calm}
     if (item.code === "constraint/ambiguous") {
       row.append(make("button", {type: "button", class: "fix", "data-testid": "poses", text: "show all poses", onclick: poses}));
     }
+    if (item.code) row.append(meaning(item.code, mean));
     return row;
   });
   const words = diagnostics.length ? "" : settled ? calm : "";
