@@ -1,6 +1,7 @@
 """What is said about a motion: the right code, the right lines, the right amounts, help that works when typed."""
 
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.planning.blocks.kinds import method_of
+from movimentum.text import time_text
 from tests.solver.scenes import motion_of
 
 
@@ -301,3 +303,11 @@ def test_where_no_inequality_stays_true_a_wish_is_offered():
         assert [d for d in examination.diagnostics if d.severity is not Severity.NOTE] == []
         starts.append(motion.poses(0, 1).angle[0, 0])
     assert starts == pytest.approx([0, 180])
+
+
+@pytest.mark.parametrize("start", ["0", "1", "-7/3", "1000"])
+def test_two_drives_contradict_each_other_from_the_beginning_of_their_step(start):
+    # the instant is found by bisection, and rounding must not show
+    text = f"C : .bar O = [0,0] P = [40,0];  @{start} C.O = [0,0]; C.angle = 90*.t; C.angle = 60*.t;  @+2"
+    (error,), _, _ = found(text, "constraint/conflict")
+    assert error.message.endswith(f"contradict each other from t = {time_text(float(Fraction(start)))} on")

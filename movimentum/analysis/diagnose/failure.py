@@ -25,7 +25,7 @@ from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
 from movimentum.source import Span, UnfoldedText
 from movimentum.text import counted, number, time_text
-from movimentum.tolerances import SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
+from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
 
 if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
@@ -130,7 +130,9 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
 
 
 def _at(segment_motion: SegmentMotion, tau: float) -> str:
-    return time_text(float(segment_motion.segment.start) + tau)
+    """The time ``tau`` after a segment's start; what rounding makes of its start is the start."""
+    start, end = float(segment_motion.segment.start), float(segment_motion.segment.end)
+    return time_text(start if tau <= SAME_INSTANT * (end - start) else start + tau)
 
 
 def _no_beginning(
