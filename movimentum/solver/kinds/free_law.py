@@ -1,5 +1,5 @@
 """Free motion of many variants: `solver.free.velocity` and `solver.block.linearization` for a block that has a pose, an
-instant and numbers of its own in each of N variants. (For one pose alone, plain arrays are three times as fast.)
+instant and numbers of its own in each of N variants. (One pose alone has its own, with plain arrays.)
 """
 
 from __future__ import annotations
