@@ -38,7 +38,7 @@ from movimentum.variants.together.preparation import prepare
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices, Progress
 from movimentum.workflow.read import ScriptFiles
-from movimentum.workflow.stages import arranged, built, understand
+from movimentum.workflow.stages import understand
 
 AGREEING = 3
 """Parts of the search, for each unit of effort, that end at the same best when there is no need for more."""
@@ -199,10 +199,6 @@ def make_problem(job: FitJob) -> FitProblem:
     return FitProblem(job, single, search, lowered, reason)
 
 
-def _timeline(variants: Variants, choices: Choices) -> Timeline:
-    return arranged(built(variants.tree, variants.source, choices, files=variants.files), choices)
-
-
 def _traced(
     variants: Variants, job: FitJob, values: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]
 ) -> Timeline:
@@ -210,17 +206,17 @@ def _traced(
     how many things there are, or when steps begin.
     """
     own = dict(zip(job.names, job.own.tolist(), strict=True))
-    base = structure_key(_timeline(variants, variants.choices_of(own)))
+    base = structure_key(variants.timeline(variants.choices_of(own)))
     for name in job.names:
         try:
-            other = _timeline(variants, variants.choices_of({**own, name: generic(*intervals[name], 3)}))
+            other = variants.timeline(variants.choices_of({**own, name: generic(*intervals[name], 3)}))
             key: Hashable = structure_key(other)
         except ScriptError:
             key = None
         if key != base:
             message = f"things, steps or times depend on `{name}`, so it cannot be fitted"
             raise usage_error("fit/constant", message, f"--set {name}={own[name]:.10g}")
-    return _timeline(variants, variants.traced_choices(values))
+    return variants.timeline(variants.traced_choices(values))
 
 
 Work = Callable[[list[Task]], Iterator[Candidates]]

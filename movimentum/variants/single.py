@@ -50,6 +50,10 @@ class Variants:
         """The scene of one variant; `ScriptError` for values with which the script makes no sense."""
         return built(self.tree, self.source, self.choices_of(values), files=self.files)
 
+    def timeline(self, choices: Choices) -> Timeline:
+        """The script's timeline with these choices, such as `choices_of` and `traced_choices` make."""
+        return arranged(built(self.tree, self.source, choices, files=self.files), choices)
+
     def choices_of(self, values: Mapping[str, float]) -> Choices:
         """The choices that make a variant of the script."""
         others = ((name, text) for name, text in self.choices.settings if name not in values)
@@ -102,7 +106,7 @@ class Variants:
         found = self.lowered.get(key)
         if found is None:
             choices = self.traced_choices(values)
-            traced = arranged(built(self.tree, self.source, choices, files=self.files), choices)
+            traced = self.timeline(choices)
             found = self.lowered[key] = lower_measures(self.measures, self.source, choices, traced, self.files)
         return found
 

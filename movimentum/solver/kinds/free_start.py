@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray, solutions
-from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.metric import MetricAcross
 from movimentum.records import dataclass
 from movimentum.solver.block.newton import newton
@@ -242,13 +241,3 @@ class FreeStart:
         y = -solutions(whole, applied(np.swapaxes(free, 1, 2), gradient + applied(weight, restore)))
         y = np.where(freedom[:, None] > 0.0, y, 0.0)
         return restore + applied(free, y), off
-
-
-def free_wishes(block: Free) -> NDArray[np.intp]:
-    """The errors of the wishes without a speed."""
-    if block.wishes is None:
-        return np.zeros(0, dtype=np.intp)
-    chosen = np.ones(block.wishes.count, dtype=np.bool_)
-    for first, stop, speed in block.wishes.speeds:
-        chosen[first:stop] = speed == np.inf
-    return np.nonzero(chosen)[0]

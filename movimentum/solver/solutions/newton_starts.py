@@ -238,7 +238,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
     # as is what has a speed to follow it at
     here = not any(unknowns[n].thing in known for n in block.core)
-    wished = _immediate(block) if here else np.zeros(0, dtype=np.intp)
+    wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
 
     def least_from(begin: FloatArray, longest: float = STEPS[0]) -> FloatArray | None:
         held: list[tuple[Turn, float]] = []
@@ -361,7 +361,7 @@ def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, 
     )
 
 
-def _immediate(block: Free) -> NDArray[np.intp]:
+def immediate_wishes(block: Free) -> NDArray[np.intp]:
     """The errors of the wishes without a speed."""
     if block.wishes is None:
         return np.zeros(0, dtype=np.intp)

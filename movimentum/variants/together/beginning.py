@@ -17,9 +17,9 @@ from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.newton import newton, newton_across
 from movimentum.solver.kinds.across import column, problem_at
 from movimentum.solver.kinds.free_paths import places_of
-from movimentum.solver.kinds.free_start import FreeStart, TurnAcross, free_wishes
+from movimentum.solver.kinds.free_start import FreeStart, TurnAcross
 from movimentum.solver.kinds.kernels import across
-from movimentum.solver.solutions.newton_starts import scattered_starts, seeds_of
+from movimentum.solver.solutions.newton_starts import immediate_wishes, scattered_starts, seeds_of
 from movimentum.solver.start.judgements import Judgements
 from movimentum.variants.together.pattern import (
     SegmentPattern,
@@ -136,7 +136,7 @@ class VariantBeginning:
             c, s = (np.ravel(np.broadcast_to(part, (self.count, 1))) for part in parts)
             turns.append(TurnAcross(place[n], place[other], c, s))
         here = not any(system.unknowns[n].thing in known for n in block.core)
-        wished = free_wishes(block) if here else np.zeros(0, dtype=np.intp)
+        wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
         metric = places_of(self.run, block)[1]
         start = FreeStart(
             problem, metric, self.size, turns, wished, np.stack([column_of(n) for n in block.core], axis=1)

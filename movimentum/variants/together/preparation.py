@@ -31,7 +31,6 @@ from movimentum.variants.together.pattern import NotTogether, Pattern, SegmentPa
 from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, built
 
 PROBES = 2
 ATTEMPTS = 8
@@ -50,7 +49,7 @@ def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[s
         lowered = lower_measures(variants.measures, variants.source, choices, timeline, variants.files)
     for probe in range(1, PROBES + 1):
         other = {name: generic(*interval, k + 2 * probe + 1) for k, (name, interval) in enumerate(intervals.items())}
-        plain = _timeline(variants, base.choices_of(other))
+        plain = variants.timeline(base.choices_of(other))
         _compare(pattern, make_pattern_of(plain), other)
     return Batch(pattern, lowered)
 
@@ -62,7 +61,7 @@ def _typical(
     for attempt in range(ATTEMPTS):
         values = {name: generic(*interval, k + 17 * attempt) for k, (name, interval) in enumerate(intervals.items())}
         choices = base.traced_choices(values)
-        timeline = _timeline(variants, choices)
+        timeline = variants.timeline(choices)
         pattern = make_pattern(timeline, values)
         if not _loses_roots(pattern):
             return choices, timeline, pattern
@@ -80,10 +79,6 @@ def _loses_roots(pattern: Pattern) -> bool:
         if isinstance(item.block, Quadratic)
     )
     return any(margin is not None and not margin > 0.0 for margin in margins)
-
-
-def _timeline(variants: Variants, choices: Choices) -> Timeline:
-    return arranged(built(variants.tree, variants.source, choices, files=variants.files), choices)
 
 
 def make_pattern_of(timeline: Timeline) -> Pattern:
