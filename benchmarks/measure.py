@@ -19,10 +19,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One process: wall-clock seconds, and the largest resident memory of it and of its children, in MB."""
+    """One process and its children: wall-clock seconds, largest resident memory in MB, seconds of processors."""
 
     seconds: float
     megabytes: float
+    cpu: float
 
 
 def movimentum(*arguments: str) -> list[str]:
@@ -50,7 +51,7 @@ def measured(command: Sequence[str], *, env: Mapping[str, str] | None = None, cw
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command, stderr=complaint)
     unit = 2**20 if sys.platform == "darwin" else 2**10
-    return Run(seconds, usage.ru_maxrss / unit)
+    return Run(seconds, usage.ru_maxrss / unit, usage.ru_utime + usage.ru_stime)
 
 
 def _as_a_user() -> dict[str, str]:
@@ -67,7 +68,11 @@ def interleaved(
         for name, command in commands.items():
             runs[name].append(measured(command, env=(env or {}).get(name)))
     return {
-        name: Run(statistics.median(run.seconds for run in found), max(run.megabytes for run in found))
+        name: Run(
+            statistics.median(run.seconds for run in found),
+            max(run.megabytes for run in found),
+            statistics.median(run.cpu for run in found),
+        )
         for name, found in runs.items()
     }
 

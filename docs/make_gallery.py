@@ -18,17 +18,27 @@ SCRIPTS = DOCS.parent / "scripts"
 
 LIGHTER: dict[str, tuple[str, ...]] = {
     "antiparallelogram": ("--fps", "12.5", "--scale", "0.75"),
+    "axle-path": ("--fps", "12.5", "--scale", "0.75"),
+    "bicycle-suspension": ("--scale", "0.8"),
     "clockwork": ("--scale", "0.6"),
     "coupling-rods": ("--fps", "20", "--frames", ":-1"),
+    "crane": ("--fps", "12.5", "--scale", "0.8"),
+    "drafting-pantograph": ("--fps", "12.5", "--scale", "0.8"),
     "excavator": ("--scale", "0.9"),
     "geneva": ("--fps", "20", "--scale", "0.8"),
+    "governor": ("--fps", "12.5", "--scale", "0.8"),
     "jansen-walker": ("--fps", "20", "--scale", "0.85"),
     "planetary": ("--scale", "0.75"),
     "scissor-lift": ("--fps", "20"),
     "simson-line": ("--fps", "12.5", "--scale", "0.75"),
     "stephenson": ("--fps", "10"),
+    "tackle": ("--fps", "12.5", "--scale", "0.75"),
+    "two-stroke": ("--fps", "25", "--scale", "0.8"),
+    "writing": ("--fps", "12.5", "--scale", "0.8"),
     "umbrella": ("--fps", "12.5", "--scale", "0.75"),
+    "velocity-polygon": ("--fps", "12.5", "--scale", "0.8"),
     "walschaerts": ("--fps", "10", "--scale", "0.7"),
+    "zeuner": ("--fps", "12.5", "--scale", "0.8"),
 }
 """Fewer frames or pixels, for pages that load quickly; the scripts themselves run at full rate and size."""
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum import stages as stages
+    from movimentum.analysis.gaps.overlaps import Overlap as Overlap
     from movimentum.api.arguments import Limits as Limits
     from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
@@ -51,6 +52,7 @@ _HOME = {
     "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
+    "Overlap": "movimentum.analysis.gaps.overlaps",
     "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",
     "Severity": "movimentum.diagnostics",

@@ -19,6 +19,7 @@ from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, substitute, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, replace
+from movimentum.scene.leaves import Cord
 from movimentum.scene.model import AnchorCoordinate, Claim, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
@@ -42,6 +43,10 @@ def reader(scene: Scene, expressions: Sequence[Expr]) -> Reader:
     NotImplementedError for one that has to be solved for (an integral, a derivative).
     """
     payloads = sorted(symbols(*expressions), key=repr)
+    if any(isinstance(payload, Cord) for payload in payloads):
+        from movimentum.timeline.cords import read_cords  # few scripts have any
+
+        return reader(scene, read_cords(scene, expressions))
     place = {payload: n for n, payload in enumerate(payloads)}
     memo: dict[Expr, Expr] = {}
 

@@ -110,6 +110,10 @@ class SourceText:
         """The text that ``span`` covers."""
         return self.text[span.start : span.end]
 
+    def claim(self, span: Span) -> str:
+        """What the claim that ``span`` covers says, without its word: ``Rod.B.x = 120``."""
+        return " ".join(self.statement(span).strip().removeprefix(".claim").strip().rstrip(";").split())
+
     def statement(self, span: Span) -> str:
         """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
         return " ".join(self.slice(span).split())

@@ -15,10 +15,13 @@ this order.
 
 from __future__ import annotations
 
+from functools import partial
+
 from movimentum.analysis.examine import Examination, examine
 from movimentum.rendering.images import image_size
 from movimentum.scene.build import build
 from movimentum.scene.model import Scene
+from movimentum.solver.carving import carve
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import solve
@@ -26,6 +29,9 @@ from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
+
+build = partial(build, carve=carve)
+"""See `scene.build.build`; what is cut is known."""
 
 __all__ = [
     "Examination",

@@ -18,6 +18,8 @@ RAISED = re.compile(r"[_^]\{([^{}:.()\[\]]+)\}")
 """Letters, no expression (which has a point, a bracket or a format)."""
 LEVEL = "\ufffb"
 """What ends them."""
+PLAIN = re.compile(f"[ -~¡-¬®-ſΆΈ-ΊΌΎ-ΡΣ-ώЀ-џ–—…−→←{''.join(LEVELS.values())}{LEVEL}]*")
+"""Texts whose letters are all in the fonts that belong to the project."""
 
 
 def raised(text: str) -> str:

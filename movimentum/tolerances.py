@@ -10,6 +10,9 @@ TABLE_END = 1e-9
 """Of the arguments of a table: how far beyond its ends it still counts as defined. Far above what rounding makes of an
 angle or a time that ends just there, far below a row.
 """
+AT_REST = 1e-9
+"""Of a pole's coordinates: what is less, compared with their rates in a time unit, is rounding: nothing moves."""
+
 LEAST_DIVISOR = 1e-300
 """What is divided by (or has its logarithm taken) is at least this: smaller than any number of a scene, so that the
 quotient of two zeros is zero and nothing else changes.
@@ -409,6 +412,76 @@ module (1e-16), far below any difference that is meant.
 NEAREST_TOOTH = 1e-6
 """Of a tooth: so near to the middle between two gaps, the lower one is taken, so that rounding does not choose."""
 
+# --- outlines: curves, corners, contact -----------------------------------------------------------
+
+FLATTENED = 0.01
+"""World pixels between a curve and the straight pieces that are drawn for it: half of what may be seen."""
+OUTLINE_CLOSES = 1e-9
+"""Of an outline's size: ends that are so near are one point; far above rounding, far below what can be drawn."""
+OUTLINE_CORNER = 1e-7
+"""Radians: a direction that jumps by less is no corner; a direction is known to about 1e-9 beside a cusp."""
+
+OUTLINE_SAMPLED = 1e-3
+"""Of an outline's size: between straight pieces that are within it, the nearest place is looked for."""
+BESIDE_AN_END = 1e-6
+"""Of a piece of an outline: how far beside its end its direction is told, where it stands still at the end."""
+SHORTEST_PIECE = 1e-9
+"""Of the range of a parameter: pieces between two kinks that are shorter are none."""
+KINK_AS_SAID = 1e-12
+"""Of its size: a kink that bisection finds so near to a short binary number is there."""
+
+CUT_EXACT = 1e-9
+"""Of the size of what is cut: how far a profile's curve may be from exact points half-way between two of its own."""
+CUT_ALONG = 1e-6
+"""Of the size of what is cut: ends of pieces of a profile that are so near meet; they are known to `CUT_EXACT`."""
+CUT_RESTS = 1e-11
+"""Of the fastest motion (or of a point's own speed): what is slower is rounding."""
+CUT_MATCHED = 0.03
+"""Of the size of what is cut: a point of the envelope that moves by more between two instants is another one."""
+CUT_BESIDE = 1e-4
+"""Of the size of what is cut: how far beside a profile it is asked whether the tool comes there. More than a polygon
+that stands for the tool is off (2e-5), less than can be seen."""
+CUT_LINKED = 0.02
+"""Of the size of what is cut: pieces of a profile whose ends are farther apart do not belong together."""
+CUT_SMOOTH = 1e-6
+"""Radians: where pieces of a profile meet at a smaller angle, there is no corner."""
+CUT_AS_NEAR = 1e-9
+"""The scene's units: pieces of a profile that are nearer to its end by less are as near; the longest goes on."""
+CUT_CROSSES = 1e-6
+"""Of a straight piece's length: how far beyond its ends two pieces of a profile still cross."""
+CUT_WOULD_DO = 0.9995
+"""Of the radius at which a profile begins to cross itself: so large a roller is told to do, in four digits."""
+CUT_CURVED = 1e-9
+"""Of a tool's size: a profile that bends the wrong way by less does so by rounding."""
+CUT_STRAIGHT = 1e-9
+"""Of a sine: a corner of a tool's outline that turns by less is on a straight line."""
+
+OVERLAP_TOLD = 1e-6
+"""Of the scene's size: outlines that touch at one place and overlap by less at another are said to touch at both."""
+GAP_TOUCHES = 1e-9
+"""Of the scene's size: things that overlap by no more touch; equations hold to about 1e-13 of it. Also of the time: two
+overlaps that follow each other after no more than this are one."""
+GAP_CLOSED = 1e-13
+"""Of the scene's size: a distance that is less is 0 where its root is looked for; poses are known to as much."""
+GAP_FLAT = 1e-12
+"""Of the scene's size: a depth that changes by no more around its greatest value is known."""
+INSTANT_ROUNDS = 1e-14
+"""Of the time: two instants between which there is hardly another float."""
+EDGES_CROSS = 1e-3
+"""Of the smaller outline's size: how deep edges count as that cross while no corner is in the other outline; enough to
+tell it from touching. Roots do not depend on it.
+"""
+STAYS_PINNED = 1e-9
+"""Of the scene's coordinates: anchors that are never farther apart share a pin."""
+LINE_TURNS_BACK = 1e-6
+"""Degrees: a line whose direction turns back by so nearly half a turn goes round its end, on the outside."""
+FACETS_TOUCH = 1e-10
+"""Of an outline's size: polygons that overlap by no more touch; what parts them is found to about 1e-13."""
+PLACES_MEET = 1e-9
+"""Of an outline's size, and of directions: what the rows of a contact may be off where Newton's method has found it."""
+PLACE_FOUND = 1e-15
+"""Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
+
 # --- analysis: what is free, what is wrong, what is told ------------------------------------------
 
 AS_DRAWN = 1e-6
@@ -769,8 +842,41 @@ ratio, little enough for the mechanism to be put together as before."""
 NEARBY_POSITION = 1e-3
 """The smallest share by which drives are changed where other positions of a mechanism are looked at."""
 
+FILM_POSE = 1e-6
+"""By how much a pose that is computed exactly may be off the film's pose that it was computed from, of its size."""
+
+CLEAR_OF_ROUNDING = 33
+"""A polynomial of a pose of the film is not zero where it is larger than its largest term times 2 to the minus this."""
+
+GUESSED_DIRECTION = 1e-9
+"""Degrees by which a constant direction may be off the number that it is then proved to be."""
+
+SHORTEST_STRETCH = 1e-9
+"""Between two change points that are nearer than this share of a step there is no motion to prove anything of."""
+
 APART_IN_NAME_ONLY = 2e-13
 """By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""
+
+ZERO_IN_NAME_ONLY = 1e-11
+"""What stands for a constant that keeps its name and is 0."""
+
+POSES_AGREE = 1e-6
+"""Of the scene's size: a living figure's poses are those of the solver if they differ by less."""
+
+STEP_HAS_BEGUN = 1e-9
+"""Time units: an instant that is so little before a step, or before a thing appears, belongs to it."""
+
+SMALLEST_VIEW, LARGEST_VIEW = 0.001, 1000.0
+"""How much smaller and larger a camera or an inset may show things."""
+
+SAME_QUARTER = 1e-9
+"""Of a quarter turn: an arc of an SVG that is longer by less is not cut once more."""
+
+SAME_ZOOM = 1e-6
+"""Logarithm of the ratio of two zooms between which the camera only moves: a quotient for zooms loses its digits."""
+
+SAME_SCALE_OF_TEXT = 1e-9
+"""Of the size of a text: a camera that makes it larger by less shows the text as it is."""
 
 SAME_TICK = 1e-6
 """Of the range of a graph (or of a quarter turn): a tick this close to its end is at its end."""
@@ -783,3 +889,50 @@ SHORTEST_TICK = 1e-4
 
 POLE_AT_INFINITY = 1e-12
 """Of the velocity that two bodies have relative to each other: if they turn less, their pole is at infinity."""
+STRAIGHT_ARC = 1e-9
+"""Of squared lengths: twice the area of three points of an arc below which it is drawn straight."""
+
+UNWRAPPED_DEG = 1e-7
+"""Degrees: a cord that goes round a wheel by less than minus this does not touch it; roundings of two directions are
+some 1e-13.
+"""
+
+NO_WRAP_DEG = 1e-6
+"""Degrees: a cord that touches a wheel in one point goes round it by 0 within this, and not by a whole turn."""
+UNWRAPPED_AT = 1e-12
+"""Of the time, at least of one time unit: how exactly the instant is found at which a cord leaves a wheel."""
+# --- certificates: enclosures with proved bounds --------------------------------------------------
+
+UNIT_ROUNDOFF = 2.0**-53
+"""Of a result: what one operation on floats may be off by (IEEE 754, rounding to nearest)."""
+
+RADIUS_UP = 2.0**-48
+"""By which share a radius is made larger: thirty roundings, which is more than any of its formulas has."""
+
+LEAST_RADIUS = 1e-300
+"""Added to every radius: more than underflow takes away."""
+
+NEAR_END_OF_ANGLE = 1e-9
+"""Degrees: a direction so near to 180 may be on either side, where its angle starts again."""
+
+ROOM_IN_TUBE = 1e-12
+"""In units of an unknown's scale: what a tube is wider than it need be, far more than an instant's own enclosure is."""
+
+ROOM_AT_INSTANT = 1e-15
+"""The same at a single instant."""
+
+JUMP_IN_TUBE = 1e-9
+"""Of the scene's size: what a statement may jump by where its cases change. It is the rounding of a kink."""
+
+FRAME_CERTIFIED = 1e-6
+"""Of the scene's size: a frame farther from the exact solution is wrong. Poses of standard accuracy are off by 1e-12
+of it, near a change point by 1e-8."""
+
+NARROWEST_TUBE = 2.0**-26
+"""Of a stretch of the film: where a tube would have to be shorter, it cannot be continued."""
+
+MARGIN_KNOWN = 1e-3
+"""Of a bound's margin: how sharply it is told."""
+
+NEAREST_BOUND = 1e-12
+"""Of the scene's size: how near to a bound that must not be reached its largest value is looked for."""

@@ -16,6 +16,8 @@ from pathlib import Path
 import movimentum as package
 
 ROOT = Path(__file__).resolve().parent.parent
+BYTECODE = ROOT / ".pytest_cache" / "bytecode"
+"""Compiled modules, where none may be written beside them (PYTHONDONTWRITEBYTECODE)."""
 
 STILL = """\
 .config(12, 60, 40);
@@ -60,22 +62,8 @@ def environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
     kept = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")}
     kept["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [kept.get("PYTHONPATH")])])
     if kept.pop("PYTHONDONTWRITEBYTECODE", None):
-        kept["PYTHONPYCACHEPREFIX"] = _bytecode().name
+        kept["PYTHONPYCACHEPREFIX"] = str(BYTECODE)
     return {**kept, **(extra or {})}
-
-
-@cache
-def _bytecode() -> tempfile.TemporaryDirectory[str]:
-    """A folder for compiled modules where none may be written beside them: else each process compiles them all again,
-    which is half of what it does.
-    """
-    return tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-
-
-def tidy_up() -> None:
-    """Remove what calls have left; at the end of all tests, as a worker may be killed before it ends by itself."""
-    if _bytecode.cache_info().currsize:
-        _bytecode().cleanup()
 
 
 def movimentum(

@@ -6,15 +6,20 @@ import gc
 import os
 import shutil
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from tests.command import tidy_up
+from tests.command import BYTECODE
 
 gc.set_threshold(200_000, 50, 100)  # as the command has it; see `pytest_collection_finish`
+for library in ("OPENBLAS", "MKL", "OMP"):  # as the command has it: processes of a run do not wait for each other
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+if sys.dont_write_bytecode:  # else each process, and each run, compiles the package and all tests again: 7 s
+    sys.dont_write_bytecode, sys.pycache_prefix = False, str(BYTECODE)
 BEGUN = time.monotonic()
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 
@@ -50,11 +55,6 @@ def pytest_collection_finish() -> None:
     """
     gc.collect()
     gc.freeze()
-
-
-def pytest_sessionfinish() -> None:
-    """Leave nothing behind."""
-    tidy_up()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -13,6 +13,7 @@ from movimentum.expressions.tables import Table
 from movimentum.scene.build import build
 from movimentum.scene.model import AnchorCoordinate, Anonymous, Constraint, Relation, Scene, VariableComponent
 from movimentum.scene.tables import ReadTable, TableColumn
+from movimentum.solver.carving import carve
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ScriptTree, Statement
@@ -42,7 +43,7 @@ def still_table(column: TableColumn) -> Table:
 def scene_of(text: str, read_table: ReadTable = still_table) -> Scene:
     """The scene of a script whose pictures are all 200 × 100 pixels, and whose tables are 0."""
     source = SourceText("test.mov", text)
-    return build(parse(source), source, lambda path: (200, 100), read_table=read_table)
+    return build(parse(source), source, lambda path: (200, 100), read_table=read_table, carve=carve)
 
 
 def timeline_of(text: str) -> Timeline:

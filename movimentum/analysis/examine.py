@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import overload
 
 import numpy as np
 
 from movimentum.analysis.diagnose.ambiguity import ambiguities
+from movimentum.analysis.diagnose.appearance import odd_looks
 from movimentum.analysis.diagnose.claims import claim_diagnostics
 from movimentum.analysis.diagnose.differential import uncertain
 from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
 from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
-from movimentum.analysis.diagnose.off_canvas import Visible, leaving
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
@@ -26,6 +26,7 @@ from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.planning.blocks.kinds import Free
 from movimentum.records import dataclass, replace
+from movimentum.scene.leaves import cords_of
 from movimentum.settings import Advice
 from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
 from movimentum.solver.motion import PathMotion
@@ -36,6 +37,10 @@ from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, ROUN
 
 MOST_NOTES = 8
 """Up to this many things have a note each; more are reported together."""
+
+
+Drawn = Callable[[PathMotion], Iterable[Diagnostic]]
+"""What a later stage says of a motion: what of its drawing leaves the canvas."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,18 +83,18 @@ class _Reports(Sequence[StepReport]):
 
 
 def examine(
-    motion: PathMotion, *, every_frame: bool = True, advice: Advice = Advice.TRIED, visible: Visible | None = None
+    motion: PathMotion, *, every_frame: bool = True, advice: Advice = Advice.TRIED, drawn: Drawn | None = None
 ) -> Examination:
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
-    claims; without ``every_frame`` these two are left out. ``visible`` measures what may leave the canvas.
+    claims; without ``every_frame`` these two are left out. ``drawn`` says what is wrong with the drawing.
     """
     with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
-        found = _examined(motion, every_frame, advice, visible)
+        found = _examined(motion, every_frame, advice, drawn)
     source = motion.timeline.scene.source
     return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
 
 
-def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Visible | None) -> Examination:
+def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Drawn | None) -> Examination:
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
@@ -124,11 +129,11 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
     found.extend(_idle_selectors(motion))
     found.extend(forgotten(motion))
     found.extend(valueless(motion))
-    found.extend(leaving(motion, visible))
-    found.extend((*undefined_arrows(motion), *empty_graphs(motion)))
+    found.extend(() if drawn is None else drawn(motion))
+    found.extend((*undefined_arrows(motion), *empty_graphs(motion), *odd_looks(motion)))
     misplaced = list(misplaced_gears(motion))
     found.extend(misplaced)
-    found.extend(fitted_teeth(motion))
+    found.extend((*fitted_teeth(motion), *_cords_and_contacts(motion)))
     if fault == 0:
         found.extend(film_loops(motion))
     fault = fault or (1 if misplaced else 0)
@@ -149,6 +154,18 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, visible: Vi
     order = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.NOTE: 2}
     ordered = tuple(sorted(found, key=lambda item: order[item.severity]))
     return Examination(ordered, _Reports(motion.segments, every), fault, missing is not None)
+
+
+def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
+    """What is wrong with cords and contacts, whose modules are loaded only where a script has any."""
+    if any(map(cords_of, motion.timeline.scene.constraints())):
+        from movimentum.analysis.diagnose.cords import slack
+
+        yield from slack(motion)
+    if any(item.touches for segment_motion in motion.segments for item in segment_motion.segment.active):
+        from movimentum.analysis.diagnose.contacts import overlapping_contacts
+
+        yield from overlapping_contacts(motion)
 
 
 # --- how it is followed

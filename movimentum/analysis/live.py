@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.poles import inflection_circle, pole_of
+from movimentum.analysis.camera import camera_rows
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, symbol, walk
 from movimentum.query import reader
@@ -19,6 +19,7 @@ from movimentum.scene.model import AnchorCoordinate, FixedPoint, Scene, Thing
 from movimentum.scene.shown import ARROW, CIRCLE, POLE, Shown, text_number, value_name
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
+from movimentum.things.kind import Valued
 from movimentum.things.kinds.poles import CENTRE, INFLECTION, POLODE
 from movimentum.things.kinds.vector import VectorScale
 
@@ -32,15 +33,19 @@ def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] |
     if not scene.shows_numbers or not len(poses.frames):
         return poses
     times = [motion.timeline.frame_time(frame) for frame in poses.frames.tolist()] if instants is None else instants
-    found = {**texts_of(scene)(poses), **_arrows(motion, poses, instants)}
+    found = {**texts_of(scene)(poses), **_arrows(motion, poses, instants), **camera_rows(scene, poses)}
     for thing in scene.things:
         if thing.values and not thing.hidden:
             rows = shown_values(motion.path, thing, poses, times)
             found |= {(thing.number, value_name(*place)): row for place, row in rows.items()}
         if thing.kind in (CENTRE, POLODE) and not thing.hidden:
+            from movimentum.analysis.poles import pole_of  # few films show a pole
+
             pole = pole_of(motion.path, thing.about, poses, times)
             found |= {(thing.number, name): row for name, row in zip(POLE, pole, strict=True)}
         elif thing.kind is INFLECTION and not thing.hidden:
+            from movimentum.analysis.poles import inflection_circle
+
             middle, radius = inflection_circle(motion.path, thing.about[0], poses, times)
             rows = (middle[:, 0], middle[:, 1], radius)
             found |= {(thing.number, name): row for name, row in zip(CIRCLE, rows, strict=True)}
@@ -55,7 +60,7 @@ def shown_values(
     """
     places = [(number, axis) for number, value in enumerate(thing.values) for axis in range(len(value))]
     expressions = [part for value in thing.values for part in value]
-    order = 1 if thing.kind.valued == 2 else 0  # of points, their velocities
+    order = 1 if thing.kind.valued is Valued.VELOCITIES else 0  # of points, their velocities
     if order == 0 and not any(node.op == "derivative" for part in expressions for node in walk(part)):
         return dict(zip(places, reader(motion.timeline.scene, expressions)(poses), strict=True))
     return dict(zip(places, _at_each(motion, expressions, order, times), strict=True))

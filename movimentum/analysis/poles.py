@@ -20,19 +20,25 @@ from movimentum.expressions import Expr, symbol
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.tolerances import LEAST_DIVISOR
+from movimentum.tolerances import AT_REST, LEAST_DIVISOR
 
 
 def pole_of(
     motion: PathMotion, bodies: Sequence[int], poses: Poses, times: Sequence[Fraction]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(F,) each, (x w, y w, w): the pole of a body, or that of the first body relative to the second, at ``times``,
-    whose poses are ``poses``. ``w`` is 0 where it is at infinity; nan where there is no velocity.
+    whose poses are ``poses``. ``w`` is 0 where it is at infinity; nan where there is no velocity. Where the bodies are
+    at rest for a moment, it is where the pole comes from and goes to: the ratio of the derivatives (l'Hôpital).
     """
-    x, y, w = _moment(motion, bodies[0], poses, times)
-    if len(bodies) > 1:
-        u, v, other = _moment(motion, bodies[1], poses, times)
-        x, y, w = x - u, y - v, w - other
+    found = _between(motion, bodies, poses, times, 1)
+    speed = np.abs(found).max(axis=0)
+    still = np.flatnonzero(speed <= AT_REST * motion.size**2)
+    if len(still):
+        some = [times[number] for number in still.tolist()]
+        slopes = _between(motion, bodies, poses.select(still), some, 2)
+        begins = np.abs(slopes).max(axis=0) * AT_REST > speed[still]
+        found[:, still[begins]] = slopes[:, begins]
+    x, y, w = found
     return x, y, w
 
 
@@ -59,13 +65,22 @@ def inflection_circle(
     return place + half, np.hypot(half[:, 0], half[:, 1])
 
 
-def _moment(
-    motion: PathMotion, body: int, poses: Poses, times: Sequence[Fraction]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """w A - J^-1 v, and w: where J^-1 (a, b) = (b, -a) and v + w J (P - A) = 0."""
-    place = _anchor(motion, body, poses)
+def _between(
+    motion: PathMotion, bodies: Sequence[int], poses: Poses, times: Sequence[Fraction], order: int
+) -> FloatArray:
+    """(3, F): the `_moment` of the first body, less that of the second."""
+    first, *others = (_moment(motion, body, poses, times, order) for body in bodies)
+    return first - others[0] if others else first
+
+
+def _moment(motion: PathMotion, body: int, poses: Poses, times: Sequence[Fraction], order: int) -> FloatArray:
+    """(3, F): w A - J^-1 v, and w, where J^-1 (a, b) = (b, -a) and v + w J (P - A) = 0; of ``order`` 2 its rate."""
+    x, y = _anchor(motion, body, poses).T
     vx, vy, w = _rates(motion, body, 1, times)
-    return w * place[:, 0] - vy, w * place[:, 1] + vx, w
+    if order == 1:
+        return np.stack([w * x - vy, w * y + vx, w])
+    ax, ay, alpha = _rates(motion, body, 2, times)
+    return np.stack([alpha * x + w * vx - ay, alpha * y + w * vy + ax, alpha])
 
 
 def _anchor(motion: PathMotion, body: int, poses: Poses) -> FloatArray:

@@ -44,7 +44,8 @@ Measured = Mapping[str, str] | str | tuple[str, ...] | list[str]
 """Measures: expressions by name, or texts such as ``"stroke = .range(Rod.B.x)"``."""
 
 QualityWord = Literal["draft", "standard", "high"]
-ShowWord = Literal["names", "free", "anchors"]
+TextWord = Literal["outlines", "live"]
+ShowWord = Literal["names", "free", "anchors", "grid", "axes"]
 
 PlaceWord = Literal["wikipedia", "slides", "latex", "web", "social"]
 
@@ -221,9 +222,10 @@ _LIMITS = {
     "max-digits": "digits",
 }  # fmt: skip
 _OPTIONS = (
-    "accuracy", "at", "background", "dask", "digits", "effort", "for", "fps", "frames", "loop", "lossy", "measure",
-    "on-failure", "output", "quality", "sample", "scale", "set", "show", "strict", "trace", "transparent", "vary",
-    "workers", *_LIMITS,
+    "accuracy", "at", "background", "dask", "digits", "effort", "for", "fps", "frames", "live", "loop",
+    "lossy", "measure",
+    "on-failure", "output", "quality", "sample", "scale", "set", "show", "strict", "text", "trace", "transparent",
+    "vary", "workers", *_LIMITS,
 )  # fmt: skip
 _WORDS = rf"(?:--({'|'.join(_OPTIONS)})|-(o))(?![\w-])"
 _TYPED = re.compile(rf"(?:^|(?<=`)){_WORDS}[ =]('[^']*'|[^\s`]+)(?=`|$)")
@@ -251,6 +253,8 @@ def _keyword(found: re.Match[str]) -> str:
         parts = values.split(":")
         some = f"np.linspace({', '.join(parts)})" if len(parts) == 3 else f"({', '.join(parts)})"
         return f"{name}={'…' if not sign else some if len(parts) > 1 else f'[{values}]'}"
+    if option == "live":
+        return "live(" + ", ".join(f'"{each}"' for each in value.split(",")) + ")"
     text = value if option in ("at", "digits", "effort", "fps", "loop", "scale", "workers") else f'"{value}"'
     return text if option == "output" else f"{option.replace('-', '_')}={text}"
 

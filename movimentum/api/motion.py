@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from movimentum.api.arguments import (
     PlaceWord,
     QualityWord,
     ShowWord,
+    TextWord,
     called,
     exact,
     frame_choice,
@@ -40,6 +41,9 @@ from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution, afterwards, arranged, examined
+
+if TYPE_CHECKING:  # few ask what overlaps
+    from movimentum.analysis.gaps.overlaps import Overlap
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -219,6 +223,19 @@ class Motion:
             return Moments(self, tuple(self._exact(item) for item in time), single=False)
         return Moments(self, (self._exact(cast("Number", time)),), single=True)
 
+    @called
+    def overlaps(self, *, all_layers: bool = False) -> list[Overlap]:
+        """Which things overlap, from when to when and how deep: what `movimentum check --gaps` lists.
+
+        >>> import movimentum as mv
+        >>> two = "Arm : .bar O=[0,0] P=[9,0]; Dot : .disc(1) C=[0,9]; @0 Arm.O=[0,0]; Arm.angle=90*.t; Dot.C=[0,9]; @2"
+        >>> [(each.things, round(each.begin, 6)) for each in mv.loads(two).solve().overlaps()]
+        [(('Arm', 'Dot'), 0.929118)]
+        """
+        from movimentum.analysis.gaps.overlaps import overlaps
+
+        return overlaps(self.solution.motion.path, all_layers=all_layers)
+
     def _exact(self, time: Number) -> Fraction:
         """A time; a float that a step's time was rounded to means the step's."""
         timeline, found = self.timeline, exact(time, "a time")
@@ -304,6 +321,7 @@ class Motion:
         loop: int = 0,
         transparent: bool = False,
         lossy: int = 0,
+        text: TextWord | None = None,
         strict: bool | None = None,
         on_failure: FailurePolicy | FailureWord | None = None,
         workers: int | None = None,
@@ -315,10 +333,11 @@ class Motion:
         (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
-        ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", or several), ``background`` (a
-        colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever), ``lossy`` (levels, of
-        a GIF), ``workers`` (processes). ``for_`` a place ("wikipedia", "slides", "latex", "web", "social") chooses the
-        scale, the rate, and the format where ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and
+        ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", "grid", "axes", or several),
+        ``background`` (a colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever),
+        ``lossy`` (levels, of a GIF), ``text`` ("outlines", "live": of an SVG or a PDF), ``workers`` (processes).
+        ``for_`` a place ("wikipedia", "slides", "latex", "web", "social") chooses the scale, the rate, and the format
+        where ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and
         ``on_failure`` are as they were solved with, unless they are given: then it is solved anew for this picture.
 
         Raises `UsageError` for choices that do not fit and files that cannot be written.
@@ -333,7 +352,7 @@ class Motion:
         picture = picture_of(
             self.script.limits, frames=frames, at=None if at is None else motion._exact(at), scale=scale, trace=trace,
             show=show, background=background, quality=quality, loop=loop, transparent=transparent, lossy=lossy,
-            workers=workers, max_pixels=max_pixels
+            text=text, workers=workers, max_pixels=max_pixels
         )  # fmt: skip
         asked = DrawingAsked(self.script.source, Path(os.fspath(path)), motion.choices, picture, motion.solution)
         return asked.written(for_, show_it=open)

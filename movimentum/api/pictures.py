@@ -11,6 +11,7 @@ from movimentum.api.arguments import (
     Limits,
     QualityWord,
     ShowWord,
+    TextWord,
     frame_choice,
     in_python,
     one_of,
@@ -40,11 +41,13 @@ def picture_of(
     loop: int,
     transparent: bool,
     lossy: int,
+    text: TextWord | None,
     workers: int | None,
     max_pixels: int | None,
 ) -> Picture:
     """The keywords of `Motion.render`, checked."""
     from movimentum.drawing.options import Quality, Show
+    from movimentum.vector.write import TextForm
 
     if at is not None and frames is not None:
         raise usage_error("usage/at", "`at` is one picture and `frames` a range of them: give one of the two")
@@ -59,6 +62,7 @@ def picture_of(
         loop=whole(loop, "`loop`", 0, 65535),
         transparent=transparent,
         lossy=whole(lossy, "`lossy`", 0, 64),
+        text=None if text is None else str(one_of(TextForm, text, "text")),
         workers=None if workers is None else whole(workers, "`workers`", 1, 256),
         max_pixels=limits.pixels if max_pixels is None else whole(max_pixels, "`max_pixels`", 1),
     )

@@ -34,6 +34,7 @@ from movimentum.workflow.read import ScriptFiles, read
 from movimentum.workflow.stages import understand
 
 if TYPE_CHECKING:
+    from movimentum.api.living import LivingFigure
     from movimentum.api.results import Fit, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
@@ -299,6 +300,28 @@ class Script(UnderstoodScript):
         source = SourceText(self.source.path, text)
         with errors_in(source):
             return _understood(source, tuple(self.scene.settings), self.limits, ScriptFiles())
+
+    @called
+    def live(self, *constants: str) -> LivingFigure:
+        """A figure in which these constants are sliders and the drive is a handle: in a notebook, or as a page.
+
+        Every slider moves in the constant's `.range`, or else from half of its value to one and a half times as much.
+        Raises `UsageError` for a constant that there is not, and `ScriptError` (``live/cannot``) where the script moves
+        by what has no formula, or what is drawn does not follow.
+
+        >>> import movimentum as mv
+        >>> text = ".let R = 30; Arm : .bar O=[0,0] P=[R,0]; @0 Arm.O=[0,0]; Arm.angle=90*.t; @1"
+        >>> mv.loads(text).live("R").constants
+        {'R': (15.0, 45.0)}
+        """
+        from movimentum.api.living import LivingFigure
+        from movimentum.workflow.choices import Picture
+        from movimentum.workflow.living import living_figure
+
+        with errors_in(self.source):
+            picture = Picture(max_pixels=self.limits.pixels)
+            figure, found = living_figure(self.source, constants, self._choices, picture)
+        return LivingFigure(self.name, self.source, figure, Diagnostics(in_python(found), self.source))
 
     @called
     def studio(self) -> StudioWidget:

@@ -26,7 +26,7 @@ from movimentum.workflow.stages import Solution, arranged, examined
 if TYPE_CHECKING:
     from movimentum.timeline.model import Timeline
 
-PROPERTIES = ("opacity", "red", "green", "blue")
+PROPERTIES = ("opacity", "red", "green", "blue", "visible", "layer", "scale")
 _DOTTED = re.compile(r"[A-Za-z]\w*(?:\[\d+\]|\.[A-Za-z]\w*)*", re.ASCII)
 
 

@@ -32,9 +32,11 @@ Examples:
   movimentum check crank.mov --format json | jq .diagnostics
   movimentum check crank.mov --freedom
   movimentum check crank.mov --fps-invariance --reverse
+  movimentum check crank.mov --certify
+  movimentum check crank.mov --gaps
 
 """
-    + EXIT_CODES
+    + EXIT_CODES.replace("  70  a bug", "  4   nothing is wrong, but `--certify` has not proved all\n  70  a bug")
 )
 @click.argument("scripts", metavar="SCRIPT...", nargs=-1, required=True, shell_complete=files)
 @click.option(
@@ -47,6 +49,13 @@ Examples:
 )
 @click.option("--freedom", is_flag=True, help="Show all connected parts and all free motions, with velocities.")
 @click.option("--fps-invariance", is_flag=True, help="Also solve at another frame rate, and compare.")
+@click.option(
+    "--certify",
+    is_flag=True,
+    help="Also prove how far frames are from an exact solution, in one unbroken motion, and bounds between frames.",
+)
+@click.option("--gaps", is_flag=True, help="Also list the pairs that overlap: from when to when, and how deep.")
+@click.option("--all-layers", is_flag=True, help="With --gaps: also pairs on different layers.")
 @click.option("--reverse", is_flag=True, help="Also follow the motion from its end back to its beginning, and compare.")
 @FPS
 @STRICT
@@ -62,6 +71,9 @@ def check(
     form: str,
     freedom: bool,
     fps_invariance: bool,
+    certify: bool,
+    gaps: bool,
+    all_layers: bool,
     reverse: bool,
 ) -> int:
     """Report everything that can be said about each SCRIPT without rendering it.
@@ -71,13 +83,23 @@ def check(
     """
     from movimentum.workflow.check import check as checked
 
+    if all_layers and not gaps:
+        raise click.UsageError("--all-layers belongs to --gaps.")
     if len(scripts) > 1 and form != "text":
         raise click.UsageError(f"--format {form} is for one script.")
     codes: list[int] = []
     for script in scripts:
         try:
             with console.working("checking"):
-                report, source = checked(script, choices, fps_invariance=fps_invariance, reverse=reverse)
+                report, source = checked(
+                    script,
+                    choices,
+                    fps_invariance=fps_invariance,
+                    reverse=reverse,
+                    certify=certify,
+                    gaps=gaps,
+                    all_layers=all_layers,
+                )
         except MovimentumError as error:
             if len(scripts) == 1:
                 raise
@@ -123,11 +145,20 @@ def check_json(report: CheckReport, source: SourceText, *, freedom: bool = False
             ],
             "frames": report.frames,
             "duration": report.duration,
+            **({"certificate": _certificate(report, source)} if report.certificate is not None else {}),
+            **({"gaps": [each.as_data() for each in report.gaps]} if report.gaps is not None else {}),
         },
         indent=1,
         ensure_ascii=False,
         allow_nan=False,
     )
+
+
+def _certificate(report: CheckReport, source: SourceText) -> dict[str, Any]:
+    from movimentum.certifying.told import as_data
+
+    assert report.certificate is not None
+    return as_data(report.certificate, source)
 
 
 def _freedom(step: StepReport) -> dict[str, Any]:
@@ -218,8 +249,18 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
         parts.append(render_text(report.diagnostics, source, color=color).rstrip("\n") + "\n\n")
     parts.extend(_line(step, freedom) for step in report.steps)
     path = visible(source.path)
+    if report.gaps is not None:
+        from movimentum.analysis.gaps.told import overlaps_text
+
+        parts.append(overlaps_text(report.gaps))
+    if report.certificate is not None:
+        from movimentum.certifying.told import certificate_text
+
+        parts.append(certificate_text(report.certificate, source))
+        if report.exit_code:
+            parts.append(f"{path}: not certified\n")
     if report.exit_code:
-        parts.append(f"{path}: failed\n")
+        parts.append("" if report.certificate is not None else f"{path}: failed\n")
     elif report.frames is not None and report.duration is not None:
         units = f"{report.duration:g} time unit{'' if report.duration == 1 else 's'}"
         parts.append(f"{path}: passed; {counted(report.frames, 'frame')}, {units}\n")

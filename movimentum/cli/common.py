@@ -96,7 +96,7 @@ with_choices = gathered(choices=Choices)
 
 # --- the text forms of options ----------------------------------------------------------------------------
 
-_ANCHOR = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:\[\d+\]|\.[A-Za-z][A-Za-z0-9_]*)*\.[A-Za-z][A-Za-z0-9_]*")
+_ANCHOR = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?:\[\d+\]|\.[A-Za-z][A-Za-z0-9_]*)*\.[A-Za-z][A-Za-z0-9_]*(?:\[\d+\])?")
 
 
 def files(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -139,6 +139,17 @@ def words_of(*known: str) -> Callable[[str], frozenset[str]]:
         return frozenset(found)
 
     return words
+
+
+def names_of_constants(text: str) -> tuple[str, ...]:
+    """Names of constants, separated by commas (also in brackets); whether the script has them is checked later."""
+    found = tuple(word.strip() for word in text.strip().removeprefix("[").removesuffix("]").split(",") if word.strip())
+    for word in found:
+        if not word.replace(".", "_").isidentifier():
+            raise click.BadParameter(f"{word!r} does not name a constant, as in --live R,L.")
+    if not found:
+        raise click.BadParameter("no constant is named, as in --live R,L.")
+    return found
 
 
 def pair(text: str) -> tuple[int, int]:

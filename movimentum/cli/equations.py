@@ -14,8 +14,8 @@ from movimentum.workflow.choices import Choices
 FORMS = {
     "text": "told:text", "latex": "told:latex", "mathml": "told:mathml", "python": "code:python_code",
     "numpy": "code:numpy_code", "c": "code:c_code", "javascript": "code:javascript_code",
-    "matlab": "code:matlab_code", "julia": "code:julia_code", "excel": "told:excel", "geogebra": "told:geogebra",
-    "desmos": "told:desmos",
+    "matlab": "code:matlab_code", "julia": "code:julia_code", "excel": "formulas:excel",
+    "geogebra": "formulas:geogebra", "desmos": "formulas:desmos",
 }  # fmt: skip
 """Each form's module in `movimentum.equations`, and its function there."""
 

@@ -120,9 +120,10 @@ Examples:
 @click.option(
     "--format",
     "form",
-    type=click.Choice(["linkages", "pyslvs", "dxf", "stl", "parts"]),
+    type=click.Choice(["linkages", "pyslvs", "dxf", "stl", "parts", "profiles"]),
     help="A linkage of rods at one moment, formulas that give every joint by triangles, a drawing of the parts, "
-    "solids, or a table of the parts [default: what .pyslvs, .dxf, .stl or .csv says; else linkages].",
+    "solids, a table of the parts, or one of the points of cuts and curves "
+    "[default: what .txt, .pyslvs, .dxf, .stl or .csv says; linkages without one].",
 )
 @click.option("--at", type=number, metavar="T", help="The moment (linkages, dxf, stl) [default: the beginning].")
 @click.option(

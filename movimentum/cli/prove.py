@@ -14,7 +14,7 @@ from movimentum.text import number
 from movimentum.workflow.choices import Choices
 
 if TYPE_CHECKING:
-    from movimentum.proving.prove import Judgement
+    from movimentum.proving.verdicts import Judgement
     from movimentum.source import SourceText
 
 UNDECIDED = 4
@@ -38,7 +38,7 @@ Verdicts:
 \b
 Exit codes:
   0   all claims are proved
-  1   one is false, or the script is at fault
+  1   one is false, or one with `.always` is true in this film only; or the script is at fault
   2   wrong usage, or a file cannot be read
   3   the scene has no solution at some time
   4   none is false, but one is not proved
@@ -94,7 +94,7 @@ def prove(console: Console, *, choices: Choices, script: str, seconds: float, al
         if not found:
             console.say("the script claims nothing: state what should hold with `.claim Rod.B.x = 120;`")
     verdicts = {one.verdict.value for one in found}
-    if "false" in verdicts:
+    if "false" in verdicts or any(one.held.claim.always and one.verdict.value == "true in this film" for one in found):
         return 1
     return UNDECIDED if verdicts & {"unknown", "true in this film"} else 0
 
@@ -102,12 +102,12 @@ def prove(console: Console, *, choices: Choices, script: str, seconds: float, al
 def _data(one: Judgement, source: SourceText) -> dict[str, Any]:
     claim = one.held.claim
     place = source.position(claim.span.start)
-    text = source.statement(claim.span).strip().removeprefix(".claim").strip().rstrip(";").strip()
     return {
         "line": place.line,
         "column": place.column,
-        "text": " ".join(text.split()),
+        "text": source.claim(claim.span),
         "verdict": one.verdict.value,
+        "always": claim.always,
         "conditions": list(one.conditions),
         "why": one.why,
         "counterexample": {name: list(spot) for name, spot in one.counterexample.items()},

@@ -26,6 +26,7 @@ from movimentum.cli.common import (
     far_frames,
     files,
     gathered,
+    names_of_constants,
     number,
     output_file,
     words_of,
@@ -47,6 +48,7 @@ Examples:
   movimentum run crank.mov                         crank.gif, beside the script
   movimentum run crank.mov -o crank.mp4            a video (pip install 'movimentum[video]')
   movimentum run crank.mov -o crank.html           a page that plays it, without a network
+  movimentum run crank.mov -o crank.html --live R,L    constants become sliders
   movimentum run crank.mov --at 2.5                crank.png, a still at time 2.5
   movimentum run crank.mov -o 'frames/%04d.png'    numbered pictures
   movimentum run crank.mov --trace Rod.B --show names,free
@@ -92,10 +94,10 @@ Examples:
 )
 @click.option(
     "--show",
-    type=words_of("names", "free", "anchors"),
+    type=words_of("names", "free", "anchors", "grid", "axes"),
     default="",
-    metavar="names,free,anchors",
-    help="Draw over the picture: the names of things, what can still move, anchors.",
+    metavar="names,free,anchors,grid,axes",
+    help="Draw over the picture: the names of things, what can still move, anchors; under it: a grid, axes.",
 )
 @click.option("--background", metavar="COLOR", help="A colour by name or as #rrggbb, instead of the script's.")
 @ACCURACY
@@ -127,6 +129,12 @@ Examples:
     metavar="N",
     help="Make a GIF smaller: edges and images may be off by N of 255. Areas of one colour stay as they are.",
 )
+@click.option(
+    "--text",
+    type=click.Choice(["outlines", "live"]),
+    help="How an SVG or a PDF has its texts: as outlines, which look the same everywhere, or as texts. Those of an SVG"
+    " are in the fonts of the document around it [default: outlines; in a PDF, live].",
+)
 @STRICT
 @ON_FAILURE
 @click.option(
@@ -136,6 +144,12 @@ Examples:
     help="Render in N processes [default: chosen automatically]. The bytes of the file do not depend on it.",
 )
 @DASK
+@click.option(
+    "--live",
+    type=names_of_constants,
+    metavar="R,L",
+    help="A page (-o x.html) in which these constants are sliders and the drive is a handle.",
+)
 @click.option("--watch", is_flag=True, help="Render again whenever the script or a sprite changes; Ctrl-C ends it.")
 @click.option("--open", "open_it", is_flag=True, help="Show the file when it is done.")
 @LIMITS
@@ -159,13 +173,16 @@ def run(
     output: str | None,
     place: str | None,
     dask: str | None,
+    live: tuple[str, ...] | None,
     watch: bool,
     open_it: bool,
 ) -> int:
     """Render SCRIPT as a film or as pictures."""
     if picture.at is not None and picture.frames is not None:
         raise click.UsageError("--at is one picture and --frames is a range: give only one of the two.")
-    target = output_file(script, output, ".gif" if picture.at is None else ".png")
+    if live is not None and (refused := _not_live(picture, place, dask)):
+        raise click.UsageError(f"--live makes one page of the whole film: it does not go with {refused}.")
+    target = output_file(script, output, ".html" if live is not None else ".gif" if picture.at is None else ".png")
     by_place = place is not None and (output is None or not target.suffix)
     named = target.with_suffix("") if output is None and by_place else target
 
@@ -173,6 +190,11 @@ def run(
         nonlocal target
 
         def work(source: SourceText) -> Outcome:
+            if live is not None:
+                from movimentum.workflow.living import living_page
+
+                with console.working("making a living figure"):
+                    return living_page(source, target, live, choices, picture)
             with far_frames(dask, console) as far, console.progress("rendering") as progress:
                 if place is not None:
                     from movimentum.workflow.publish import publish
@@ -196,6 +218,12 @@ def run(
     if script == "-":
         raise click.UsageError("--watch needs a script in a file.")
     return _watch(console, script, once, target, open_it)
+
+
+def _not_live(picture: Picture, place: str | None, dask: str | None) -> str | None:
+    """An option that a living figure has no use for."""
+    given = {"--at": picture.at, "--frames": picture.frames, "--for": place, "--dask": dask}
+    return next((option for option, value in given.items() if value is not None), None)
 
 
 def _weight(target: Path) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from movimentum.drawing.model import Point
 from movimentum.tolerances import NO_ARROW
@@ -22,16 +23,16 @@ def arrow_parts(points: Sequence[Point], width: float) -> tuple[list[Point], tup
     if len(points) < 2:
         return None
     (bx, by), (tx, ty) = points[-2], points[-1]
-    reach = math.hypot(tx - bx, ty - by)
+    reach = np.hypot(tx - bx, ty - by)
     length, breadth = arrow_head(width)
     if reach <= NO_ARROW or length <= NO_ARROW:
         return None
-    fit = min(1.0, reach / length)
+    fit = np.minimum(1.0, reach / length)
     length, breadth = length * fit, breadth * fit
     ux, uy = (tx - bx) / reach, (ty - by) / reach
     base = (tx - length * ux, ty - length * uy)
     left = (base[0] - breadth * uy, base[1] + breadth * ux)
     right = (base[0] + breadth * uy, base[1] - breadth * ux)
     # the shaft ends inside the head, where its round cap cannot show
-    inside = min(length / 2.0, width / 2.0)
+    inside = np.minimum(length / 2.0, width / 2.0)
     return [*points[:-1], (base[0] + inside * ux * 0.5, base[1] + inside * uy * 0.5)], ((tx, ty), left, right)

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from movimentum.drawing.parts import FigurePart, PartForm, Point, circle, outlined, pin, ring, rounded
+import numpy as np
+
+from movimentum.drawing.beziers import bezier
+from movimentum.drawing.parts import FigurePart, PartForm, Point, arc_through, circle, outlined, pin, ring, rounded
 from movimentum.scene.model import Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Look
+from movimentum.things.kinds.sector import Annular, Wedge
 
 PIN_EDGE = 1.6
+OPEN_CURVE = 2.0
+"""World pixels: how broad an open curve is that states no width."""
 
 
 def body_parts(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
@@ -18,6 +24,11 @@ def body_parts(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
     if not thing.anchors or make is None:
         return ()
     return (*make(thing, drawn_points(thing)), *pins(thing, joints))
+
+
+def covers(thing: Thing) -> bool:
+    """Whether a thing would hide the supports under it: these and its pins are drawn over it."""
+    return thing.kind.inside
 
 
 def pins(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
@@ -39,7 +50,26 @@ def is_plain(thing: Thing) -> bool:
 def drawn_points(thing: Thing) -> tuple[Point, ...]:
     """The anchors that a thing is drawn through."""
     points = tuple(anchor.local for anchor in thing.anchors)
+    if thing.look.arcs:
+        return _with_arcs(thing, points)
     return points if thing.look.drawn is None else tuple(points[number] for number in thing.look.drawn)
+
+
+def _with_arcs(thing: Thing, points: tuple[Point, ...]) -> tuple[Point, ...]:
+    """The same, with points of the arcs between them."""
+    arcs = {arc.end: arc for arc in thing.look.arcs}
+    middles = {arc.through for arc in thing.look.arcs}
+    corners = [n for n in (thing.look.drawn or range(len(points))) if n not in middles]
+    side = -1.0 if thing.placement.mirrored else 1.0
+    found: list[Point] = []
+    for place, corner in enumerate(corners):
+        arc, (px, py), (x, y) = arcs.get(corner), points[corners[place - 1]], points[corner]
+        if arc is not None:
+            rise = side * arc.bulge
+            raised = ((px + x) / 2.0 + rise * (y - py), (py + y) / 2.0 - rise * (x - px))
+            found += arc_through((px, py), raised if arc.through is None else points[arc.through], (x, y))
+        found.append((x, y))
+    return tuple(found)
 
 
 def _edge(look: Look) -> FigurePart | None:
@@ -82,6 +112,26 @@ def _polygon(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     return outlined(_counter_clockwise(points), _edge(thing.look))
 
 
+def _ring(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    assert isinstance(thing.own, Annular)
+    outer, inner = (tuple(circle(points[0], radius)[:-1]) for radius in (thing.own.outer, thing.own.inner))
+    return outlined(outer, _edge(thing.look), holes=(inner[::-1],))
+
+
+def _sector(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    own = thing.own
+    assert isinstance(own, Wedge)
+    begin = 180.0 - own.begin - own.turn if thing.placement.mirrored else own.begin
+    begin += thing.placement.turned.value or 0.0
+    arc = circle(points[0], own.radius, begin, begin + own.turn)
+    return outlined(tuple(arc[:-1] if own.turn == 360.0 else [points[0], *arc]), _edge(thing.look))
+
+
+def _bezier(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    look, curve = thing.look, bezier(np.array([points]))[0].tolist()
+    return (FigurePart(PartForm.STROKE, tuple((x, y) for x, y in curve), look.width, None, False, look.dash, look.cap),)
+
+
 def _gear(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     from movimentum.drawing.gears import gear_outline  # few films have any
 
@@ -93,6 +143,19 @@ def _rack(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     from movimentum.drawing.gears import rack_outline
 
     return outlined(rack_outline(thing), _edge(thing.look))
+
+
+def _curve(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    from movimentum.scene.outlines import curve_of  # few films have any
+
+    look, outline = thing.look, curve_of(thing)
+    if outline is None:
+        return ()
+    points = outline.drawn
+    if outline.closed:
+        return outlined(_counter_clockwise(points), _edge(look))
+    color = None if look.color is not None else INK
+    return (FigurePart(PartForm.STROKE, points, look.outline or OPEN_CURVE, color, False, look.dash, look.cap),)
 
 
 def _ground(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
@@ -128,8 +191,13 @@ FIGURES: dict[str, Callable[[Thing, tuple[Point, ...]], tuple[FigurePart, ...]]]
     "disc": _disc,
     "plate": _plate,
     "polygon": _polygon,
+    "curve": _curve,
+    "cut": _curve,
     "gear": _gear,
     "rack": _rack,
+    "ring": _ring,
+    "sector": _sector,
+    "bezier": _bezier,
     "ground": _ground,
 }
 """The word of a kind of body -> what a thing of it consists of, by the points that it is drawn through."""

@@ -14,11 +14,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.drawing.camera import inset_frame
 from movimentum.drawing.labels import broad
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
     ImageMark,
+    InsetMark,
     LinkMark,
     PolylineMark,
     Spot,
@@ -53,7 +55,13 @@ _COVERED = 0.5
 
 def wants_place(mark: ThingMark) -> bool:
     """Whether a place has to be looked for."""
-    return isinstance(mark, SymbolMark) and mark.kind is LABEL and mark.spot is None and _own(mark).offset is None
+    return (
+        isinstance(mark, SymbolMark)
+        and mark.kind is LABEL
+        and mark.spot is None
+        and not mark.along
+        and _own(mark).offset is None
+    )
 
 
 def with_places(marks: Sequence[ThingMark], poses: Poses) -> list[ThingMark]:
@@ -169,6 +177,9 @@ def _outlines(mark: ThingMark, poses: Poses) -> Iterator[FloatArray]:
     match mark:
         case LinkMark():
             yield link_points(mark, poses)
+        case InsetMark():
+            frame = inset_frame(mark, poses).points
+            yield np.concatenate([frame, frame[:, :1]], axis=1)
         case PolylineMark():
             yield np.stack([poses.world(mark.body, point) for point in mark.points], axis=1)
         case DiscMark():

@@ -11,11 +11,8 @@ from collections.abc import Callable
 
 from movimentum.drawing.parts import Point, circle
 from movimentum.scene.model import Thing
-from movimentum.things.kinds.toothed import PRESSURE_ANGLE
+from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, rack_corners
 
-ADDENDUM, DEDENDUM = 1.0, 1.25
-RIM = 2.0
-"""In modules: how high a tooth is above and below the pitch circle, and what a ring or a rack has behind its teeth."""
 _FLANK = 8  # points of a flank
 
 
@@ -97,16 +94,7 @@ def _involute(degrees: float) -> float:
 
 def rack_outline(thing: Thing) -> tuple[Point, ...]:
     """The outline of a rack in its local frame, counter-clockwise: straight flanks, its teeth on the left."""
-    (x, y), module, teeth = thing.anchors[0].local, thing.toothed.module, thing.toothed.teeth
-    turn = math.radians(thing.tooth_direction)
-    pitch, slope = math.pi * module, math.tan(math.radians(PRESSURE_ANGLE))
-    begin, end = -pitch / 2.0, (teeth - 0.5) * pitch
-    root, back = -DEDENDUM * module, -(DEDENDUM + RIM) * module
-    line: list[Point] = [(begin, back), (end, back), (end, root)]
-    for number in reversed(range(teeth)):
-        middle = number * pitch
-        for side, height in ((1.0, -DEDENDUM), (1.0, ADDENDUM), (-1.0, ADDENDUM), (-1.0, -DEDENDUM)):
-            line.append((middle + side * (pitch / 4.0 - height * module * slope), height * module))
-    line.append((begin, root))
+    (x, y), turn = thing.anchors[0].local, math.radians(thing.tooth_direction)
     c, s = math.cos(turn), math.sin(turn)
-    return tuple((x + c * u - s * v, y + s * u + c * v) for u, v in line)
+    corners = rack_corners(thing.toothed.teeth, thing.toothed.module)
+    return tuple((x + c * u - s * v, y + s * u + c * v) for u, v in corners)

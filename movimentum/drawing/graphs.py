@@ -219,7 +219,8 @@ def _numbers(values: Sequence[float]) -> list[str]:
 
 
 def _color(mark: GraphMark, number: int) -> Color:
-    return mark.paint.color if number == 0 else SERIES[(number - 1) % len(SERIES)]
+    others = mark.colors or SERIES
+    return mark.paint.color if number == 0 else others[(number - 1) % len(others)]
 
 
 def _mixed(ink: Color, paper: Color) -> Color:

@@ -48,7 +48,7 @@ def laid(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
 
 def columns(count: int, *values: FloatArray | float) -> FloatArray:
     """(F, P) from P numbers or (F,) arrays."""
-    return np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), count) for value in values], axis=1)
+    return np.stack([np.broadcast_to(np.asanyarray(value), count) for value in values], axis=1)
 
 
 def line(points: FloatArray, count: int, *corners: tuple[FloatArray | float, FloatArray | float]) -> FloatArray:

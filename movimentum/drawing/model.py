@@ -11,6 +11,7 @@ import math
 from typing import TypeAlias
 
 from movimentum.drawing.parts import FigurePart, Point
+from movimentum.drawing.slots import Slot
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
 from movimentum.records import dataclass
@@ -22,13 +23,19 @@ from movimentum.things.kinds.graph import Axes
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """Whose visibility, opacity and colour a mark has: those of thing number ``thing``. ``color`` (of an image: its
-    tint) and ``opacity`` as the definition gives them; constraints may change them.
+    """Whose visibility, opacity, colour and scale a mark has: those of thing number ``thing``. ``color`` (of an image:
+    its tint) and ``opacity`` as the definition gives them; constraints may change them.
+
+    ``about``: the local point about which a mark in its body's frame is scaled; ``zoom``: how many times as large it
+    gets. ``slot``: of a mark that is in the list several times, when it is drawn here.
     """
 
     thing: int
     color: Color
     opacity: float = 1.0
+    about: Point | None = None
+    zoom: float = 1.0
+    slot: Slot | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +150,20 @@ class Spot:
 
 
 @dataclass(frozen=True, slots=True)
+class Along:
+    """Letters along a curve: for each how far along the text its middle is, its breadth, and its outline about there;
+    the text's ``width``, ``align`` (None: the middle on what is closed, else the beginning) and ``offset`` (along the
+    curve, and away from it). ``curve``: what they stand along, where that is drawn anew in every frame.
+    """
+
+    letters: tuple[tuple[float, float, tuple[Point, ...]], ...]
+    width: float
+    align: str | None
+    offset: Point
+    curve: SymbolMark | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class SymbolMark:
     """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
 
@@ -151,6 +172,7 @@ class SymbolMark:
     where that is not the colour of its paint; ``fill`` of what is inside. ``text``: what is written at it, not its
     value. ``lengths``: the least and the greatest distance of its points in the whole film, where its parts depend on
     them. ``spot``: where a label was put; ``field``: that of a graph; ``number``: which of several values it shows;
+    ``along``: the letters of a label that follows a symbol;
     ``room``: the rectangle of the world that is seen (left, bottom, right, top), of what points to its edge.
     """
 
@@ -171,6 +193,7 @@ class SymbolMark:
     field: Field | None = None
     number: int = 0
     room: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
+    along: Along | None = None
     span: Span | None = None
 
 
@@ -218,7 +241,8 @@ class TraceMark:
     """The path of a body's local point, from the film's first frame to the present one.
 
     With ``tail``, only what was drawn in so much time, and fading. ``whole``: from the first frame on, all that it ever
-    draws. ``paint``: of a trace that is a thing of the script.
+    draws. ``paint``: of a trace that is a thing of the script. ``conditions``: how many of them must hold where the
+    pen is down.
     """
 
     body: int
@@ -230,12 +254,14 @@ class TraceMark:
     paint: Paint | None = None
     dash: tuple[float, ...] = ()
     cap: str = "round"
+    conditions: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class GraphMark:
     """A graph of the values of thing number ``paint.thing``, with its field's corner at the local point ``start``. Its
-    lines, its letters and its dots take its place as soon as the whole film is known (`drawing.graphs`).
+    lines, its letters and its dots take its place as soon as the whole film is known (`drawing.graphs`). ``colors``:
+    those of the curves behind the first one (none: the usual ones).
     """
 
     paint: Paint
@@ -247,6 +273,7 @@ class GraphMark:
     ink: Color
     inside: Color
     span: Span | None = None
+    colors: tuple[Color, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,10 +293,47 @@ class PolodeMark:
     size: float
 
 
-FilmMark: TypeAlias = GraphMark | PolodeMark
+@dataclass(frozen=True, slots=True)
+class InsetMark:
+    """A part of the film once more, larger: what the values of thing number ``paint.thing`` say, in a rectangle of
+    ``sides`` from the local point ``start``, upright, on ``fill``. ``leader``: lines lead there from what it shows.
+    """
+
+    paint: Paint
+    start: Point
+    sides: Point
+    width: float
+    fill: Color | None
+    leader: bool = False
+
+    @property
+    def body(self) -> int:
+        """The thing that it moves with."""
+        return self.paint.thing
+
+
+@dataclass(frozen=True, slots=True)
+class FollowMark:
+    """A label whose letters stand along ``curve``; a figure or a symbol takes its place (`rendering.following`)."""
+
+    paint: Paint
+    kind: ThingKind
+    own: Own
+    text: str
+    size: float
+    italic: bool
+    align: str | None
+    offset: Point
+    curve: PolylineMark | DiscMark | FigureMark | SymbolMark | TraceMark
+
+
+FilmMark: TypeAlias = GraphMark | PolodeMark | FollowMark
 """What can only be drawn when the whole film is known."""
 
-ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark | FigureMark | SymbolMark
+BodyMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | FigureMark
+"""What is drawn in a body's own frame."""
+
+ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark | FigureMark | SymbolMark | InsetMark
 """What a thing of the scene looks like."""
 
 OverMark: TypeAlias = NoteMark | FreeArrow
@@ -281,8 +345,9 @@ class Drawing:
     """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``, then ``overlays``, on
     ``background``.
 
-    ``clips``: (thing number, the mark inside which that thing is shown). ``matte`` is the background colour even if the
-    picture is transparent: what video, which has no transparency, shows.
+    The first ``under`` things lie under all others, whatever their layers. ``clips``: (thing number, the mark inside
+    which that thing is shown). ``groups``: (thing number, the paint of the group that it is in). ``matte`` is the
+    background colour even if the picture is transparent: what video, which has no transparency, shows.
     """
 
     things: tuple[ThingMark | FilmMark, ...]
@@ -292,6 +357,8 @@ class Drawing:
     transparent: bool = False
     paths: tuple[TraceMark, ...] = ()
     clips: tuple[tuple[int, ThingMark], ...] = ()
+    groups: tuple[tuple[int, Paint], ...] = ()
+    under: int = 0
 
     @property
     def background(self) -> Color | None:

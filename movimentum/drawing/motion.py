@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.arrows import arrow_head
 from movimentum.drawing.model import (
+    BodyMark,
     DiscMark,
     FigureMark,
     FreeArrow,
+    InsetMark,
     LinkMark,
     NoteMark,
     OverMark,
@@ -20,6 +22,7 @@ from movimentum.drawing.model import (
     Point,
     PolylineMark,
     SymbolMark,
+    TextMark,
     ThingMark,
     TraceMark,
 )
@@ -30,7 +33,9 @@ from movimentum.solver.poses import Poses
 
 def paint_at(paint: Paint, poses: Poses, i: int) -> tuple[float, Color]:
     """(opacity, colour) in frame ``i`` of ``poses``; opacity 0 where the thing is not visible."""
-    if not poses.visible[paint.thing, i]:
+    if not poses.visible[paint.thing, i] or (paint.slot is not None and not paint.slot.taken(poses)[i]):
+        return 0.0, paint.color
+    if (scale := scale_over(paint, poses)) is not None and scale[i] <= 0.0:
         return 0.0, paint.color
     changed = poses.properties
     opacity = changed.get((paint.thing, "opacity"))
@@ -40,6 +45,24 @@ def paint_at(paint: Paint, poses: Poses, i: int) -> tuple[float, Color]:
         for own, values in zip(paint.color, channels, strict=True)
     )
     return (paint.opacity if opacity is None else min(max(float(opacity[i]), 0.0), 1.0)), (red, green, blue)
+
+
+def scale_over(paint: Paint, poses: Poses) -> FloatArray | None:
+    """(F,) how many times as large a body's mark is drawn; None where nothing changes it."""
+    values = None if paint.about is None else poses.properties.get((paint.thing, "scale"))
+    return None if values is None else np.maximum(values, 0.0)
+
+
+def drawn_pose(mark: BodyMark, poses: Poses) -> tuple[FloatArray, FloatArray]:
+    """(F, 2) each: where a mark's local origin is, and its local direction of x, which is as long as the mark is
+    scaled.
+    """
+    origin, direction = poses.origin[mark.body], poses.direction[mark.body]
+    scale = scale_over(mark.paint, poses)
+    if scale is None or mark.paint.about is None:
+        return origin, direction
+    still = poses.world(mark.body, mark.paint.about)
+    return still + (origin - still) * scale[:, None], direction * scale[:, None]
 
 
 def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
@@ -59,8 +82,11 @@ def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
             point = point_state(mark.body, mark.tail, poses)
             return np.concatenate([point, poses.direction[mark.body], now], axis=1)
         case _:
-            pose = (poses.origin[mark.body], poses.direction[mark.body])
-            return np.concatenate([*pose, *_paint_state(mark.paint, poses)], axis=1)
+            if isinstance(mark, InsetMark):
+                pose = (poses.origin[mark.body], poses.direction[mark.body])
+                return np.concatenate([*pose, *_paint_state(mark.paint, poses)], axis=1)
+            live = isinstance(mark, TextMark) and bool(mark.pieces)
+            return np.concatenate([*drawn_pose(mark, poses), *_paint_state(mark.paint, poses, numbers=live)], axis=1)
 
 
 def _turning(mark: LinkMark | SymbolMark) -> tuple[tuple[int, Point], ...]:
@@ -87,24 +113,24 @@ def bounds(mark: ThingMark | OverMark, poses: Poses, corners: Sequence[Point]) -
             return boxes(link_points(mark, poses), shown, mark.width / 2.0)
         case PolylineMark():
             reach = arrow_head(mark.width)[1] if mark.arrow else mark.width / 2.0
-            return boxes(_world(poses, mark.body, mark.points), poses.visible[mark.body], reach)
+            return _boxes(mark, poses, mark.points, reach)
         case FigureMark() if mark.loose or not mark.parts:
             return np.full((len(poses.frames), 4), np.nan)
         case SymbolMark() if mark.kind.loose:
             return np.full((len(poses.frames), 4), np.nan)
         case FigureMark():
-            found = [
-                boxes(_world(poses, mark.body, hull(part.points)), poses.visible[mark.body], _reach(part))
-                for part in mark.parts
-            ]
-            return _around(found)
+            return _around([_boxes(mark, poses, hull(part.points), _reach(part)) for part in mark.parts])
         case SymbolMark():
-            return _symbol_bounds(mark, poses)
+            return symbol_bounds(mark, poses)
+        case InsetMark():
+            corners = [mark.start, (mark.start[0] + mark.sides[0], mark.start[1] + mark.sides[1])]
+            places = np.stack([poses.world(mark.body, corner) for corner in corners], axis=1)
+            return boxes(places, poses.visible[mark.body], mark.width / 2.0)
         case DiscMark():
             reach = mark.radius + (mark.width or 0.0) / 2.0
-            return boxes(_world(poses, mark.body, [mark.centre]), poses.visible[mark.body], reach)
+            return _boxes(mark, poses, [mark.centre], reach)
         case _:
-            return boxes(_world(poses, mark.body, corners), poses.visible[mark.body], 0.0)
+            return _boxes(mark, poses, corners, 0.0)
 
 
 def _reach(part: FigurePart) -> float:
@@ -127,14 +153,15 @@ def _around(found: Sequence[FloatArray]) -> FloatArray:
     )
 
 
-def _symbol_bounds(mark: SymbolMark, poses: Poses) -> FloatArray:
-    from movimentum.drawing.labels import broad
+def symbol_bounds(mark: SymbolMark, poses: Poses, broad: Callable[[str, float], float] | None = None) -> FloatArray:
+    """`bounds` of a symbol; ``broad`` says how broad a text of a size is (None: about)."""
+    from movimentum.drawing.labels import broad as about
     from movimentum.drawing.symbols import caption, moving_parts, symbol_shown  # only some films have symbols
 
     found = [boxes(part.points, part.shown, _reach(part.style)) for part in moving_parts(mark, poses)]
     text = caption(mark, poses)
     if text is not None:
-        half = np.array([[broad(letters, mark.size) / 2.0, mark.size / 2.0] for letters in text.texts])
+        half = np.array([[(broad or about)(letters, mark.size) / 2.0, mark.size / 2.0] for letters in text.texts])
         side = {"left": 1.0, "right": -1.0}.get(text.align, 0.0)
         up = 0.0 if text.align == "middle" else MIDDLE * mark.size
         middle = text.place + half * np.array([side, 0.0]) + np.array([0.0, up])
@@ -173,31 +200,55 @@ def point_state(thing: int, local: Point, poses: Poses) -> FloatArray:
     return np.concatenate([poses.world(thing, local), poses.visible[thing].astype(np.float64)[:, None]], axis=1)
 
 
-def boxes(points: FloatArray, shown: BoolArray, reach: float) -> FloatArray:
+def boxes(points: FloatArray, shown: BoolArray, reach: float | FloatArray) -> FloatArray:
     """(F, 4) boxes about ``points`` (F, P, 2) with ``reach`` around them; rows of NaN where not ``shown``."""
     box = np.concatenate([points.min(axis=1) - reach, points.max(axis=1) + reach], axis=1)
     return np.where(shown[:, None], box, np.nan)
 
 
-def _paint_state(paint: Paint, poses: Poses) -> list[FloatArray]:
-    """Visibility and the properties that change, each (F, 1)."""
+_PAINTED = ("opacity", "red", "green", "blue", "scale")
+
+
+def _paint_state(paint: Paint, poses: Poses, *, numbers: bool = True) -> list[FloatArray]:
+    """Visibility and the properties that change, each (F, 1); ``numbers``: those too that the thing shows."""
     columns = [poses.visible[paint.thing].astype(np.float64)[:, None]]
-    columns += [values[:, None] for (thing, _), values in sorted(poses.properties.items()) if thing == paint.thing]
+    columns += [
+        values[:, None]
+        for (thing, name), values in sorted(poses.properties.items())
+        if thing == paint.thing and (numbers or name in _PAINTED)
+    ]
+    if paint.slot is not None:
+        columns.append(paint.slot.taken(poses).astype(np.float64)[:, None])
     return columns
 
 
-def _world(poses: Poses, thing: int, points: Sequence[Point]) -> FloatArray:
-    """(F, P, 2)."""
-    return np.stack([poses.world(thing, point) for point in points], axis=1)
+def placed_points(mark: BodyMark, poses: Poses, points: Sequence[Point]) -> FloatArray:
+    """(F, P, 2): where local points of a body's mark are drawn in the world."""
+    if scale_over(mark.paint, poses) is None:
+        return np.stack([poses.world(mark.body, point) for point in points], axis=1)
+    origin, direction = drawn_pose(mark, poses)
+    (c, s), (x, y) = direction.T[:, :, None], np.array(points).T[:, None, :]
+    return origin[:, None, :] + np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def _boxes(mark: BodyMark, poses: Poses, points: Sequence[Point], reach: float) -> FloatArray:
+    scale = scale_over(mark.paint, poses)
+    around = reach if scale is None else reach * scale[:, None]
+    return boxes(placed_points(mark, poses, points), poses.visible[mark.body], around)
 
 
 def paint_over(paint: Paint, poses: Poses) -> tuple[FloatArray, FloatArray]:
     """(F,) opacity, 0 where the thing is not visible, and (F, 3) colour in whole numbers: `paint_at` of all frames."""
     count = len(poses.frames)
     opacity = poses.properties.get((paint.thing, "opacity"), np.full(count, paint.opacity))
-    color = np.tile(np.array(paint.color, dtype=np.float64), (count, 1))
-    for column, name in enumerate(("red", "green", "blue")):
-        values = poses.properties.get((paint.thing, name))
-        if values is not None:
-            color[:, column] = np.rint(np.clip(values, 0.0, 255.0))
-    return np.where(poses.visible[paint.thing], np.clip(opacity, 0.0, 1.0), 0.0), color
+    columns = [
+        np.full(count, float(own)) if values is None else np.rint(np.clip(values, 0.0, 255.0))
+        for own, name in zip(paint.color, ("red", "green", "blue"), strict=True)
+        for values in (poses.properties.get((paint.thing, name)),)
+    ]
+    shown = poses.visible[paint.thing]
+    if paint.slot is not None:
+        shown = shown & paint.slot.taken(poses)
+    if (scale := scale_over(paint, poses)) is not None:
+        shown = shown & (scale > 0.0)
+    return np.where(shown, np.clip(opacity, 0.0, 1.0), 0.0), np.stack(columns, axis=1)

@@ -28,11 +28,13 @@ class Quality(StrEnum):
 
 
 class Show(StrEnum):
-    """What can be drawn over a picture."""
+    """What can be drawn over a picture, and a grid and axes under it."""
 
     NAMES = "names"
     ANCHORS = "anchors"
     FREE = "free"
+    GRID = "grid"
+    AXES = "axes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,8 @@ class PictureOptions:
     ``traces``: anchors whose path up to now is drawn. ``motion``: what paths follow between frames (None: straight
     lines), up to the time ``until`` where no more of it is shown. ``free`` is drawn where ``show`` has ``free``.
     ``max_pixels``: a larger canvas is refused (``limit/pixels``). ``canvas``: a smaller picture becomes so large, with
-    what the script shows in its middle.
+    what the script shows in its middle. ``room``: the rectangle of the world that is shown (left, bottom, right, top),
+    if it is known.
     """
 
     quality: Quality = Quality.STANDARD
@@ -71,6 +74,7 @@ class PictureOptions:
     free: tuple[FreeMark, ...] = ()
     max_pixels: int = MAX_CANVAS_PIXELS
     canvas: tuple[int, int] | None = None
+    room: tuple[float, float, float, float] | None = None
 
 
 def trace_anchors(scene: Scene, names: tuple[str, ...]) -> tuple[AnchorRef, ...]:

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.things.kind import Color
-from movimentum.tolerances import LEAST_ARC_RADIUS, SAME_TURN_DEG
+from movimentum.tolerances import LEAST_ARC_RADIUS, SAME_TURN_DEG, STRAIGHT_ARC
 
 Point: TypeAlias = tuple[float, float]
 
@@ -79,7 +79,9 @@ def pin(centre: Point, radius: float, edge: float, ink: Color, inside: Color) ->
 
 
 def ring(centre: Point, radius: float, width: float, color: Color | None) -> FigurePart:
-    """A circle."""
+    """A circle; filled where its line is so wide that it covers the inside, for readers of SVG disagree about those."""
+    if width >= 2.0 * radius > 0.0:
+        return FigurePart(PartForm.DOT, (centre,), radius + width / 2.0, color)
     return FigurePart(PartForm.RING, (centre,), width, color, radius=radius)
 
 
@@ -152,6 +154,18 @@ def circle(centre: Point, radius: float, begin: float = 0.0, end: float = 360.0)
     count = max(1, math.ceil(abs(end - begin) / min(max(step, 0.5), 15.0)))
     turns = (math.radians(begin + (end - begin) * k / count) for k in range(count + 1))
     return [(centre[0] + radius * math.cos(turn), centre[1] + radius * math.sin(turn)) for turn in turns]
+
+
+def arc_through(start: Point, middle: Point, end: Point) -> list[Point]:
+    """Points between ``start`` and ``end`` on their circle through ``middle``; none if that is a straight line."""
+    (ax, ay), (bx, by) = ((x - start[0], y - start[1]) for x, y in (middle, end))
+    cross, a, b = ax * by - ay * bx, ax * ax + ay * ay, bx * bx + by * by
+    if abs(cross) <= STRAIGHT_ARC * (a + b):
+        return [middle]
+    centre = start[0] + (by * a - ay * b) / (2.0 * cross), start[1] + (ax * b - bx * a) / (2.0 * cross)
+    begin, last = (math.degrees(math.atan2(y - centre[1], x - centre[0])) for x, y in (start, end))
+    turn = (last - begin) % 360.0 if cross > 0.0 else -((begin - last) % 360.0)
+    return circle(centre, math.dist(centre, start), begin, begin + turn)[1:-1]
 
 
 def hull(points: Sequence[Point]) -> list[Point]:

@@ -11,8 +11,9 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.model import TraceMark
 from movimentum.drawing.motion import point_state
 from movimentum.records import dataclass
+from movimentum.scene.shown import value_name
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.poses import Poses
+from movimentum.solver.poses import SEEN, Poses
 from movimentum.tolerances import FOLLOWED_FAR_AWAY, LEAST_DIVISOR
 
 NEAR, FARTHEST = 10.0, 1000.0
@@ -86,7 +87,17 @@ def paths(motion: PathMotion, marks: Sequence[TraceMark], times: Sequence[Fracti
     """The path of each mark's point; see `curves`."""
 
     def point(mark: TraceMark) -> Point3:
-        return lambda poses, _: point_state(mark.body, mark.local, poses)
+        if not mark.conditions or mark.paint is None:
+            return lambda poses, _: point_state(mark.body, mark.local, poses)
+        from movimentum.analysis.live import shown_values  # few traces have a pen that lifts
+
+        thing = motion.timeline.scene.things[mark.paint.thing]
+
+        def lifted(poses: Poses, moments: Sequence[Fraction]) -> FloatArray:
+            values = shown_values(motion, thing, poses, moments)
+            return pen_state(mark, poses, [values[k, 0] for k in range(mark.conditions)])
+
+        return lifted
 
     return curves(motion, [point(mark) for mark in marks], times, off)
 
@@ -130,7 +141,19 @@ def curves(motion: PathMotion, points: Sequence[Point3], times: Sequence[Fractio
 
 def frame_path(mark: TraceMark, poses: Poses) -> FloatArray:
     """The same where nothing is known of the motion between the frames of ``poses``."""
-    return np.concatenate([point_state(mark.body, mark.local, poses), poses.times[:, None]], axis=1)
+    state = point_state(mark.body, mark.local, poses)
+    if mark.conditions and mark.paint is not None:
+        none = np.ones(len(poses.frames))
+        names = ((mark.paint.thing, value_name(k)) for k in range(mark.conditions))
+        state = pen_state(mark, poses, [poses.properties.get(name, none) for name in names])
+    return np.concatenate([state, poses.times[:, None]], axis=1)
+
+
+def pen_state(mark: TraceMark, poses: Poses, conditions: Sequence[FloatArray]) -> FloatArray:
+    """(F, 3): x, y, and 1 where the point is visible and all ``conditions`` hold, else 0."""
+    state = point_state(mark.body, mark.local, poses)
+    state[:, 2] *= np.logical_and.reduce([values >= SEEN for values in conditions])
+    return state
 
 
 def _seeds(motion: PathMotion, times: Sequence[Fraction]) -> list[Fraction]:

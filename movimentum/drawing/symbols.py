@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import reduce
 from typing import TypeAlias
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.areas import area
+from movimentum.drawing.beziers import bezier
+from movimentum.drawing.cords import cord
 from movimentum.drawing.figures import support
 from movimentum.drawing.graphs import dot
 from movimentum.drawing.labels import broad, label_place, leader
@@ -21,7 +24,7 @@ from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
 from movimentum.drawing.signs import parallel, right_angle, ticks
-from movimentum.drawing.texts import written
+from movimentum.drawing.texts import number_text, written
 from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
@@ -58,11 +61,16 @@ def symbol_points(mark: SymbolMark, poses: Poses) -> FloatArray:
 def symbol_shown(mark: SymbolMark, poses: Poses) -> BoolArray:
     """(F,) whether all that a symbol is drawn at is visible."""
     things = (mark.paint.thing, *(thing for thing, _ in mark.through))
-    return np.logical_and.reduce([poses.visible[thing] for thing in things])
+    return reduce(np.logical_and, [poses.visible[thing] for thing in things])
 
 
 def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
     """What a symbol consists of, back to front."""
+    if mark.along is not None and mark.along.curve is not None:
+        from movimentum.drawing.along import along_parts  # few films have letters along a curve
+
+        curve, *_ = moving_parts(mark.along.curve, poses)
+        return list(along_parts(mark.along, curve, symbol_shown(mark, poses)))
     return list(SYMBOLS[mark.kind.word](mark, symbol_points(mark, poses), symbol_shown(mark, poses), poses))
 
 
@@ -121,16 +129,20 @@ def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Pose
     yield MovingPart(stroke(mark), laid(points, x, y), shown)
 
 
+def _bezier(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    yield MovingPart(stroke(mark), bezier(points), shown)
+
+
 def _piston(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
     """A barrel at the first point, as long as the shortest distance allows, and a rod from the last one into it."""
     _, _, length = frame(points)
     count, half = len(length), mark.size / 2.0
     shortest, longest = mark.lengths if mark.lengths[1] > 0.0 else (float(length.min()), float(length.max()))
-    tang = min(0.6 * mark.size, 0.15 * shortest)
-    barrel = max(shortest - tang, 0.3 * shortest) if longest > 1.02 * shortest else 0.62 * shortest
+    tang = np.minimum(0.6 * mark.size, 0.15 * shortest)
+    barrel = np.maximum(shortest - tang, 0.3 * shortest) if longest > 1.02 * shortest else 0.62 * shortest
     rod = stroke(mark)
     # the piston is never outside: its rod is as long as the barrel, or what the greatest distance leaves
-    reach = max(longest - 0.92 * barrel, min(0.7 * shortest, longest - tang))
+    reach = np.maximum(longest - 0.92 * barrel, np.minimum(0.7 * shortest, longest - tang))
     piston = np.clip(length - reach, tang + 0.12 * (barrel - tang), 0.92 * barrel)
     if mark.kind is CYLINDER:
         thick = replace(rod, width=0.36 * mark.size)
@@ -169,7 +181,7 @@ def _dimension(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: P
     """A line beside the two points with a head at each end, and lines from the points to it."""
     _, _, length = frame(points)
     count, offset = len(length), own_of(mark, Distance).offset
-    side = math.copysign(1.0, offset)
+    side = 1.0 if offset >= 0.0 else -1.0
     if abs(offset) > GAP:
         for x in (np.zeros(count), length):
             ends = (x, side * GAP), (x, offset + side * GAP)
@@ -215,8 +227,10 @@ def _polyline(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Po
 SYMBOLS: dict[str, Callable[[SymbolMark, FloatArray, BoolArray, Poses], Iterator[MovingPart]]] = {
     "ground": _ground,
     "line": _polyline,
+    "cord": cord,
     "slide": _slide,
     "spring": _spring,
+    "bezier": _bezier,
     "damper": _piston,
     "cylinder": _piston,
     "dimension": _dimension,
@@ -245,7 +259,7 @@ def _distance(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed:
     _, across, length = frame(points)
     own = own_of(mark, Distance)
     texts = _values(mark, poses, length, own.places, "")
-    return texts, points.mean(axis=1) + across * own.offset, across * math.copysign(1.0, own.offset)
+    return texts, points.mean(axis=1) + across * own.offset, across * (1.0 if own.offset >= 0.0 else -1.0)
 
 
 def _angle(mark: SymbolMark, points: FloatArray, poses: Poses) -> Placed:
@@ -296,8 +310,4 @@ CAPTIONS: dict[str, Callable[[SymbolMark, FloatArray, Poses], Placed | None]] = 
 def _values(mark: SymbolMark, poses: Poses, values: FloatArray, places: int, unit: str) -> list[str]:
     if mark.text is not None:
         return written(mark.text, mark.paint.thing, poses)
-    return [f"{_unsigned_zero(value, places):.{places}f}{unit}" for value in values.tolist()]
-
-
-def _unsigned_zero(value: float, places: int) -> float:
-    return 0.0 if round(value, places) == 0.0 else value
+    return [f"{number_text(value, f'.{places}f')}{unit}" for value in values.tolist()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from movimentum.scene.shown import Piece, formatted, text_number
 from movimentum.solver.poses import Poses
@@ -27,9 +28,12 @@ def written(pieces: Sequence[Piece], thing: int, poses: Poses) -> list[str]:
     return ["".join(letters) for letters in zip(*columns, strict=True)] if columns else [""] * count
 
 
-def number_text(value: float, spec: str) -> str:
+def number_text(value: Any, spec: str) -> str:
     """A number as Python's format ``spec`` writes it; a zero has no sign, and no value is a dash."""
+    if not isinstance(value, float | int):  # a number of a living figure
+        return value.written(number_text(value.value, spec), spec)
     if not math.isfinite(value):
         return UNKNOWN
     text = formatted(value, spec)
-    return formatted(0.0, spec) if value < 0.0 and not any(digit in "123456789" for digit in text) else text
+    digits = "123456789abcdefABCDEF" if spec[-1:] in ("x", "X") else "123456789"
+    return formatted(0.0, spec) if value <= 0.0 and not any(digit in digits for digit in text) else text

@@ -337,7 +337,7 @@ def _words_for(option: str) -> Iterable[str]:
     if option in ("color", "fill", "edge", "background"):
         return sorted(color_names())
     if option == "theme":
-        from movimentum.scene.looks import THEMES
+        from movimentum.scene.themes import THEMES
 
         return sorted(THEMES)
     for kind in KINDS.values():

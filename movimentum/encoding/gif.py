@@ -9,8 +9,8 @@ transparent again in any other way. Then a frame's box holds everything that it 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
-from typing import BinaryIO, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,11 @@ from PIL import Image
 
 from movimentum.drawing.style import Color
 from movimentum.encoding.lzw import Indices, image_block, stream
-from movimentum.encoding.palette import Mapper, Palette
+from movimentum.encoding.palette import Mapper, Palette, words_of
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, parts
 from movimentum.rendering.stamps import Box, Frame, around
+
+_Kind = TypeVar("_Kind", bound=np.generic)
 
 FASTEST = 50  # frames a second: browsers take a delay of 1/100 s for 1/10 s
 LARGEST = 65535  # pixels each way
@@ -71,59 +73,52 @@ class GifCoder(Coder):
         if box is None:
             return None
         first = self._indices is None
+        before = None if self._indices is None else self._indices[box.rows, box.columns].copy()
         indices, seen = self._update(frame)
         if frame.image.mode == "RGBA":
             cut = 0 if self._matte else sum(frame.image.getchannel("A").histogram()[_CLEAR : 256 - _CLEAR])
             box = box if first else _box(indices)
-            shown = np.ascontiguousarray(indices[box.top : box.bottom, box.left : box.right])
-            return FramePiece(box, image_block(shown)[0], seen.missed, seen.worst, cut)
-        if first:
-            return FramePiece(box, image_block(indices)[0], seen.missed, seen.worst)
-        box = around(box for box, _ in seen.changed)
-        if box is None:
+            return FramePiece(box, image_block(_part(indices, box))[0], *seen, cut)
+        if before is None:
+            return FramePiece(box, image_block(indices)[0], *seen)
+        now = indices[box.rows, box.columns]
+        changed = now != before
+        if not changed.any():
             return None
-        now = indices[box.top : box.bottom, box.left : box.right]
-        changed = np.zeros(now.shape, dtype=np.bool_)
-        for place, differs in seen.changed:
-            left, top, right, bottom = place.seen_from(box.left, box.top)
-            changed[top:bottom, left:right] |= differs
-        return FramePiece(box, self._ways.shortest(now, changed), seen.missed, seen.worst)
+        inner = _box(changed)
+        block = self._ways.shortest(now[inner.rows, inner.columns], _part(changed, inner))
+        return FramePiece(inner.seen_from(-box.left, -box.top), block, *seen)
 
-    def _update(self, frame: Frame) -> tuple[Indices, _LookedUp]:
-        """The indices of a frame, of which only those are looked up that changed, and what is to be said of these."""
-        if self._mapper is None:
-            self._mapper = Mapper(self._palette)
-        boxes, first = frame.changed, self._indices is None
+    def _update(self, frame: Frame) -> tuple[Indices, _Missed]:
+        """The indices of a frame, of which only those are looked up that changed, and how these are wrong."""
+        mapper = self._mapper = self._mapper or Mapper(self._palette)
+        boxes, mode = frame.changed, frame.image.mode
         if self._indices is None:
             self._indices = np.zeros((frame.image.height, frame.image.width), dtype=np.uint8)
             boxes = (Box(0, 0, *frame.image.size),)
-        missed = worst = 0
-        changed: list[tuple[Box, NDArray[np.bool_]]] = []
+        if not boxes:
+            return self._indices, _Missed(0, 0)
+        parts = map(frame.image.crop, boxes)
+        words = words_of(*((blended(part, self._matte) for part in parts) if self._matte else parts))
+        found = mapper.looked_up(words, mode)
+        begin = 0
         for box in boxes:
-            part = frame.image.crop(box)
-            if self._matte:
-                part = blended(part, self._matte)
-            before, now = self._indices[box.top : box.bottom, box.left : box.right], self._mapper.indices(part)
-            if not first and (differs := now != before).any():
-                inner = _box(differs)
-                changed.append(
-                    (inner.seen_from(-box.left, -box.top), differs[inner.top : inner.bottom, inner.left : inner.right])
-                )
-            before[:] = now
-            if self._mapper.worst > SEEN:
-                off = self._mapper.off(part)
-                missed, worst = missed + int((off > SEEN).sum()), max(worst, int(off.max(initial=0)))
-        return self._indices, _LookedUp(changed, missed, worst)
+            place = self._indices[box.rows, box.columns]
+            place[:] = found[begin : begin + place.size].reshape(place.shape)
+            begin += place.size
+        off = mapper.off(words, found, SEEN)
+        return self._indices, _Missed(len(off), int(off.max(initial=0)))
 
 
-class _LookedUp(NamedTuple):
-    """Of a frame: the boxes in which indices ``changed``, and where in them; how many pixels have colours that are seen
-    to be wrong, and by how much at most.
-    """
+class _Missed(NamedTuple):
+    """How many pixels have colours that are seen to be wrong, and by how much at most."""
 
-    changed: list[tuple[Box, NDArray[np.bool_]]]
     missed: int
     worst: int
+
+
+def _part(pixels: NDArray[_Kind], box: Box) -> NDArray[_Kind]:
+    return np.ascontiguousarray(pixels[box.rows, box.columns])
 
 
 def _box(shown: NDArray[np.generic]) -> Box:
@@ -183,30 +178,35 @@ def _strips(shape: tuple[int, ...]) -> NDArray[np.intp]:
     return (first[:, None] + np.arange(min(height, shape[0]))).ravel()
 
 
-def written(now: Indices, changed: NDArray[np.bool_], ways: Iterable[int]) -> Iterator[Indices]:
+def written(now: Indices, changed: NDArray[np.bool_], ways: Sequence[int]) -> Iterator[Indices]:
     """The same pixels over those of the frame before, with transparent ones in different places: 0, nowhere; 1, in all
     that is as it was; in what of that has several colours, 2, from one change to the next, and 3, in each row; 4, as 2
     and in what has one colour, if the next colours are others.
     """
-    flat, same = now.ravel(), ~changed.ravel()
-    step = np.append(True, flat[1:] != flat[:-1])  # another colour than before
-    steps = np.flatnonzero(step)
+    flat, new = now.ravel(), changed.ravel()
+    step = turned = np.zeros(0, dtype=np.bool_)
+    steps = np.zeros(0, dtype=np.int32)
+    if any(way > 1 for way in ways):
+        step = np.append(True, flat[1:] != flat[:-1])  # another colour than before
+        steps = np.cumsum(step, dtype=np.int32)
+        turned = np.append(True, new[1:] != new[:-1])
     for way in ways:
         if way == 0:
             yield np.ascontiguousarray(now)
             continue
         if way == 1:
-            yield (flat * ~same).reshape(now.shape)
+            yield (flat * new).reshape(now.shape)
             continue
-        turn = np.append(True, same[1:] != same[:-1])
+        turn = turned
         if way == 3:
+            turn = turned.copy()
             turn[:: now.shape[1]] = True
         begin = np.flatnonzero(turn)
         end = np.append(begin[1:], len(flat))
-        stays = np.searchsorted(steps, begin, side="right") == np.searchsorted(steps, end, side="left")
+        stays = steps[begin] == steps[end - 1]
         if way == 4:
             stays &= ~step[begin] | np.append(~step[begin[1:]], False)
-        yield (flat * np.repeat(~same[begin] | stays, end - begin)).reshape(now.shape)
+        yield (flat * np.repeat(new[begin] | stays, end - begin)).reshape(now.shape)
 
 
 class GifWriter:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from movimentum.records import dataclass
+from movimentum.rendering.stamps import Box, Frame
 from movimentum.tolerances import LEAST_WEIGHT_OF_COLORS, ONE_COLOR
 
 Floats = NDArray[np.float32]
@@ -55,32 +56,75 @@ class Palette:
         return whole.tobytes()
 
 
+class Samples:
+    """What is seen of some pictures of a film (all RGB, or all RGBA), which have so many ``pixels`` together: of each,
+    pixels that are evenly distributed, and every colour that opaque ones have.
+    """
+
+    def __init__(self, pixels: int) -> None:
+        self._step = max(1, math.ceil(math.sqrt(pixels / _SAMPLES)))
+        self._pixels: list[Keys] = []
+        self._every: list[Keys] = []
+        self.first: tuple[Keys, NDArray[np.intp]] = NO_KEYS, np.zeros(0, dtype=np.intp)
+        """The colours of the first picture, and how many pixels have each."""
+
+    @classmethod
+    def of(cls, images: Sequence[Image.Image]) -> Samples:
+        """All of some pictures."""
+        made = cls(sum(image.width * image.height for image in images))
+        for image in images:
+            made.see(Frame(image, (Box(0, 0, *image.size),)))
+        return made
+
+    def see(self, frame: Frame) -> None:
+        """Take in a picture, which differs from the one before in what ``frame`` tells."""
+        image, step = frame.image, self._step
+        if step > 1:
+            few = -(-image.width // step), -(-image.height // step)
+            aside = 0.5 - 0.5 * step  # the middle of a pixel, of the first of so many
+            thin = image.transform(few, Image.Transform.AFFINE, (step, 0.0, aside, 0.0, step, aside))
+            self._pixels.append(_opaque(thin))
+        else:
+            self._pixels.append(_opaque(image))
+        if not self._every:
+            self.first = _counted(words_of(image))
+            self._every.append(_only_opaque(self.first[0], image.mode))
+        elif frame.changed:
+            self._every.append(distinct(_opaque(*map(image.crop, frame.changed))))
+
+    def colors(self) -> tuple[Keys, NDArray[np.intp]]:
+        """The colours of the pixels that are evenly distributed, and how many of them have each."""
+        return _counted(np.concatenate([NO_KEYS, *self._pixels]))
+
+    def every(self) -> Keys:
+        """All colours."""
+        return distinct(np.concatenate([NO_KEYS, *self._every]))
+
+
+def _opaque(*images: Image.Image) -> Keys:
+    """The colours of the pixels of some pictures that are not transparent."""
+    return _only_opaque(words_of(*images), images[0].mode)
+
+
+def _only_opaque(words: Keys, mode: str) -> Keys:
+    return (words[words >= _OPAQUE] if mode == "RGBA" else words) & np.uint32(_COLOR)
+
+
 def choose_palette(
-    samples: Sequence[Image.Image],
-    known: Keys = NO_KEYS,
-    ground: Sequence[int] = (255, 255, 255),
-    tolerance: int = CLOSE,
+    samples: Samples, known: Keys = NO_KEYS, ground: Sequence[int] = (255, 255, 255), tolerance: int = CLOSE
 ) -> Palette:
-    """A palette for pictures like ``samples`` (all RGB, or all RGBA) and for areas of the colours ``known`` (`packed`)
-    on ``ground``.
+    """A palette for pictures like ``samples`` and for areas of the colours ``known`` (`packed`) on ``ground``.
 
     With ``tolerance``, no more colours than are needed for errors of that many levels a channel.
     """
-    step = math.ceil(math.sqrt(sum(image.width * image.height for image in samples) / _SAMPLES))
-    parts: list[Keys] = []
-    for image in samples:
-        words = words_of(image).reshape(image.height, image.width)[::step, ::step].ravel()
-        parts.append((words[words >= _OPAQUE] if image.mode == "RGBA" else words) & np.uint32(_COLOR))
-    keys, counts = _counted(np.concatenate(parts) if parts else NO_KEYS)
+    keys, counts = samples.colors()
     known = distinct(known)
     fixed = channels(known).astype(np.float32)
     edges = _edges(fixed, fixed[~np.isin(known, keys, assume_unique=True)], ground)
     if len(known) > _KNOWN:
         fixed = _chosen(fixed, np.ones(len(known), np.float32), _KNOWN, 0, fixed[:0])
     elif tolerance <= CLOSE and np.isin(known, keys, assume_unique=True).all():
-        every = [distinct(words_of(image)) for image in samples]
-        seen = [words[words >= _OPAQUE] & np.uint32(_COLOR) for words in every]
-        whole = distinct(np.concatenate([known, *seen]))
+        whole = distinct(np.concatenate([known, samples.every()]))
         fixed = channels(whole).astype(np.float32) if len(whole) <= MOST else fixed
     many = len(keys) > _FEW
     colors, weights = _cells(keys, counts) if many else (channels(keys).astype(np.float32), counts.astype(np.float32))
@@ -89,15 +133,14 @@ def choose_palette(
     found = np.concatenate([fixed, others])
     if not len(found):
         return Palette(np.zeros((1, 3), dtype=np.uint8))
-    return Palette(found[_by_use(found, samples[0])].astype(np.uint8))
+    return Palette(found[_by_use(found, *samples.first)].astype(np.uint8))
 
 
 class Mapper:
     """Pictures -> indices of one palette, each the nearest.
 
     The nearest colour of each colour is searched when it first occurs. Distances are whole numbers that single
-    precision holds exactly, so the answer depends only on the colour. ``worst``: the greatest difference of a channel
-    that has occurred so far.
+    precision holds exactly, so the answer depends only on the colour.
     """
 
     def __init__(self, palette: Palette) -> None:
@@ -106,24 +149,27 @@ class Mapper:
         # by red, green and blue, 8 bits each; 0: not looked up yet. Only touched pages take memory.
         self._table = np.zeros(1 << 24, dtype=np.uint8)
         self._off = np.zeros(1 << 24, dtype=np.uint8)
-        self.worst = 0
+        self._most = np.zeros(MOST + 1, dtype=np.uint8)  # by index: of its colours so far
 
     def indices(self, image: Image.Image) -> NDArray[np.uint8]:
         """(rows, columns) indices; 0 where an RGBA picture is less than half opaque."""
-        words = words_of(image)
+        return self.looked_up(words_of(image), image.mode).reshape(image.height, image.width)
+
+    def looked_up(self, words: Keys, mode: str) -> NDArray[np.uint8]:
+        """The same of pixels, as `words_of` gives them."""
         keys = words & np.uint32(_COLOR)
         found = self._table.take(keys)
         if not found.all():
             self._look_up(distinct(keys[found == 0]))
             found = self._table.take(keys)
-        if image.mode == "RGBA":
+        if mode == "RGBA":
             found[words < _OPAQUE] = 0
-        return found.reshape(image.height, image.width)
+        return found
 
-    def off(self, image: Image.Image) -> NDArray[np.uint8]:
-        """The greatest difference of a channel, of each pixel of a picture whose `indices` are known."""
-        words = words_of(image)
-        return self._off.take((words[words >= _OPAQUE] if image.mode == "RGBA" else words) & np.uint32(_COLOR))
+    def off(self, words: Keys, found: NDArray[np.uint8], above: int) -> NDArray[np.uint8]:
+        """The greatest differences of a channel that are greater than ``above``, of pixels and their indices."""
+        off = self._off.take(words[(self._most > above)[found]] & np.uint32(_COLOR))
+        return off[off > above]
 
     def _look_up(self, keys: Keys) -> None:
         for start in range(0, len(keys), 4096):
@@ -132,12 +178,13 @@ class Mapper:
             nearest = (self._squares - 2.0 * (wanted @ self._colors.T)).argmin(axis=1)
             off = np.abs(wanted - self._colors[nearest]).max(axis=1)
             self._table[part], self._off[part] = nearest + 1, off
-            self.worst = max(self.worst, int(off.max()))
+            np.maximum.at(self._most, nearest + 1, off.astype(np.uint8))
 
 
-def words_of(image: Image.Image) -> Keys:
-    """Pixels as red | green << 8 | blue << 16 | alpha << 24 (alpha: 255 in an RGB picture)."""
-    return np.frombuffer(image.tobytes("raw", "RGBA" if image.mode == "RGBA" else "RGBX"), dtype="<u4")
+def words_of(*images: Image.Image) -> Keys:
+    """Pixels as red | green << 8 | blue << 16 | alpha << 24 (alpha: 255 in an RGB picture), of one after the other."""
+    parts = [image.tobytes("raw", "RGBA" if image.mode == "RGBA" else "RGBX") for image in images]
+    return np.frombuffer(parts[0] if len(parts) == 1 else b"".join(parts), dtype="<u4")
 
 
 def distinct(keys: Keys) -> Keys:
@@ -162,9 +209,8 @@ def _counted(keys: Keys) -> tuple[Keys, NDArray[np.intp]]:
     return ordered[begin], np.diff(np.append(begin, len(ordered)))
 
 
-def _by_use(colors: Floats, sample: Image.Image) -> NDArray[np.intp]:
+def _by_use(colors: Floats, words: Keys, counts: NDArray[np.intp]) -> NDArray[np.intp]:
     """The order in which the colours of a picture (the first frame) come first: it needs smaller numbers."""
-    words, counts = _counted(words_of(sample))
     near = [((colors - each) ** 2).sum(axis=1).argmin() for each in channels(words).astype(np.float32)[:_FEW]]
     return np.argsort(-np.bincount(near, weights=counts[: len(near)], minlength=len(colors)), kind="stable")
 

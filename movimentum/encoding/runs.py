@@ -17,7 +17,7 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 from movimentum.budget import DEFAULT_MEGABYTES
@@ -265,8 +265,12 @@ def _died() -> MovimentumError:
     return MovimentumError([Diagnostic("render/worker", Severity.ERROR, message, helps=("--workers 1",))])
 
 
-def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int]) -> tuple[list[Image.Image], float]:
-    """The pictures at some positions (ascending), and the seconds that one took (the fastest: the first warms up)."""
+def timed_frames(
+    painter: Painter, source: PoseSource, positions: Sequence[int], see: Callable[[Frame], None] = lambda _: None
+) -> tuple[list[Image.Image], float]:
+    """Have some positions (ascending) drawn and ``see``n; the last two pictures of them (or the only one), and the
+    seconds that one took (the fastest: the first warms up).
+    """
     session = PaintSession(painter)
     images: list[Image.Image] = []
     fastest = float("inf")
@@ -277,8 +281,11 @@ def timed_frames(painter: Painter, source: PoseSource, positions: Sequence[int])
         while ahead and ahead[0] < start + size:
             position = ahead.pop(0) - start
             began = time.perf_counter()
-            images += [image.copy() for image in session.frames(chunk.select(slice(position, position + 1)))]
+            frames = [*session.changes(chunk.select(slice(position, position + 1)))]
             fastest = min(fastest, time.perf_counter() - began)
+            images += [frame.image.copy() for frame in frames if len(ahead) < 2]
+            for frame in frames:
+                see(frame)
         if not ahead:
             break
         start += size

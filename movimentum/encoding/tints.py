@@ -43,7 +43,7 @@ class Tints:
 
 def tints(painter: Painter, source: PoseSource, frames: int) -> Tints:
     """What a film of so many ``frames`` shows."""
-    marks = [item.prepared.mark for item in (*painter.items, *painter.overlays)]
+    marks: list[ThingMark | OverMark | TraceMark] = [*painter.marks]
     marks += [trace.mark for trace in (*painter.paths, *painter.traces)]
     seen = sorted({number * frames // _EVENLY for number in range(_EVENLY)})
     colors = [packed(np.array([painter.background], dtype=np.uint8))]

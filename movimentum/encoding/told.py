@@ -15,10 +15,22 @@ from movimentum.terminal import typed
 from movimentum.text import counted
 
 HEAVY, AREA = "render/weight", "render/gif-area"
+FIRST = "output/one-picture"
+RASTER = "asset/raster"
+"""Of a drawing whose outlines a file cannot hold."""
 _HEAVY = 1_000_000  # bytes
 _FOUR_DIGITS, _SHRUNK = Context(prec=4, rounding=ROUND_FLOOR), 0.99
 _SLOWEST = 5  # frames a second: fewer are no film
 _FEW = 25  # pixels: fewer wrong ones are not seen
+
+
+def only_first(frames: range, drawn: range, path: Path) -> list[Diagnostic]:
+    """Of several frames that somebody asks for in one picture."""
+    if len(drawn) == len(frames):
+        return []
+    what = f"`{path.name}` is one picture, and {counted(len(frames), 'frame')} are asked for: this is frame {drawn[0]}"
+    numbered = f"-o {typed(path.with_name(f'{path.stem}-%04d{path.suffix}'))}"
+    return [Diagnostic(FIRST, Severity.NOTE, what, helps=(numbered, f"-o {typed(path.with_suffix('.gif'))}"))]
 
 
 def too_fast(fps: Fraction) -> Diagnostic:

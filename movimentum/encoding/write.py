@@ -32,7 +32,7 @@ from movimentum.drawing.style import Color
 from movimentum.encoding import gif, told, webp
 from movimentum.encoding.apng import ApngCoder, ApngWriter
 from movimentum.encoding.gif import GifCoder, GifWriter
-from movimentum.encoding.palette import CLOSE, choose_palette
+from movimentum.encoding.palette import CLOSE, Samples, choose_palette
 from movimentum.encoding.pieces import Coder, FrameClock, FramePiece, PieceWriter
 from movimentum.encoding.runs import Elsewhere, coded_runs, timed_frames, workers_that_pay
 from movimentum.encoding.stills import JPEG_LARGEST, JpegCoder, PngCoder, SequenceWriter
@@ -260,10 +260,14 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
     painter = job.painter
     end = max(end, clock.at(job.total))
     found = tints(painter, job.source, job.total)
-    images, seconds = timed_frames(painter, job.source, found.positions)
     matte = job.matte if painter.transparent else None
-    flat = [image if matte is None else gif.blended(image, matte) for image in images]
-    palette = choose_palette(flat, found.colors, matte or painter.background, max(CLOSE, job.lossy))
+    samples = Samples(len(found.positions) * painter.size[0] * painter.size[1])
+
+    def see(frame: Frame) -> None:
+        samples.see(frame if matte is None else frame._replace(image=gif.blended(frame.image, matte)))
+
+    images, seconds = timed_frames(painter, job.source, found.positions, see)
+    palette = choose_palette(samples, found.colors, matte or painter.background, max(CLOSE, job.lossy))
     coder = GifCoder(palette, matte)
     workers = job.choose_workers(coder, images, seconds)
     del images

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 
 from movimentum.equations import printing
@@ -16,6 +17,7 @@ from movimentum.equations.program import (
     NewtonLoop,
     StageProgram,
     Statement,
+    needed,
 )
 from movimentum.records import dataclass
 
@@ -60,24 +62,27 @@ def numbers(values: Sequence[float], language: Language) -> str:
 
 
 class CodeWriter:
-    """Writes the body of a program in one language."""
+    """Writes the body of a program in one language. ``following`` (Python and JavaScript): the body keeps what goes on
+    from one call to the next in the dict ``memory_``, and begins there instead of at its tables.
+    """
 
-    def __init__(self, name: str) -> None:
-        self.name, self.language = name, LANGUAGES[name]
+    def __init__(self, name: str, *, following: bool = False) -> None:
+        self.name, self.language, self.following = name, LANGUAGES[name], following
         self.text = self.language.printer()
 
     def stage(self, stage: StageProgram, target: str) -> Iterator[str]:
         """A step's statements, its outputs in ``target``."""
-        yield self.let("tau", f"t - {stage.start!r}")
-        for statement in stage.statements:
-            yield from self.statement(statement)
+        lines = [line for statement in needed(stage) for line in self.statement(statement)]
+        values = [self.text(output) for output in stage.outputs]
+        if any(re.search(r"\btau\b", line) for line in (*lines, *values)):
+            yield self.let("tau", f"t - {stage.start!r}")
+        yield from lines
         if self.name == "c":
-            for k, output in enumerate(stage.outputs):
-                yield f"{target}[{k}] = {self.text(output)};"
+            for k, value in enumerate(values):
+                yield f"{target}[{k}] = {value};"
         else:
             left, right = self.language.row if self.name != "matlab" else ("[", "]")
-            values = ", ".join(self.text(output) for output in stage.outputs)
-            yield f"{target} = {left}{values}{right}{self.language.end}"
+            yield f"{target} = {left}{', '.join(values)}{right}{self.language.end}"
 
     def let(self, name: str, value: str) -> str:
         """An assignment to a new name."""
@@ -90,20 +95,33 @@ class CodeWriter:
             case NamedValue():
                 yield self.let(one.name, self.text(one.value))
             case BranchSign():
-                if len(one.values) == 1:
-                    yield self.let(one.name, repr(one.values[0]))
-                else:
-                    yield self.let(one.name, self.call("lookup", one.times, one.values))
+                sign = repr(one.values[0]) if len(one.values) == 1 else self.call("lookup", one.times, one.values)
+                yield self.let(one.name, f"{sign} * {self.begun(one.name, '1.0')}" if self.following else sign)
             case ContinuousTurn():
-                near = self.call("between", one.times, one.values)
+                near = self.begun(one.name, self.call("between", one.times, one.values))
                 yield self.let(one.name, f"turned({self.text(one.y)}, {self.text(one.x)}, {near})")
+                yield from self.kept((one.name,))
             case NewtonLoop():
                 for k, name in enumerate(one.names):
-                    yield self.let(name, self.call("between", one.times, [row[k] for row in one.values]))
+                    start = self.call("between", one.times, [row[k] for row in one.values])
+                    yield self.let(name, self.begun(name, start))
                 yield language.loop[0]
                 yield from ("    " + line for line in self.newton(one))
                 if language.loop[1]:
                     yield language.loop[1]
+                yield from self.kept(one.names)
+
+    def begun(self, name: str, start: str) -> str:
+        """What is remembered under a name, or else ``start``."""
+        if not self.following:
+            return start
+        asked = f'memory_.get("{name}", {{}})' if self.name == "python" else f"(memory_.{name} ?? {{}})"
+        return asked.format(start)
+
+    def kept(self, names: Sequence[str]) -> Iterator[str]:
+        """Remember these."""
+        for name in names if self.following else ():
+            yield f'memory_["{name}"] = {name}{self.language.end}'
 
     def call(self, function: str, times: Sequence[float], values: Sequence[float]) -> str:
         """A look into a table."""
@@ -191,6 +209,22 @@ def poses(times{constants}):
 '''
 
 
+def following_python(stage: StageProgram, constants: Sequence[str]) -> str:
+    """A Python function ``values(t, constants, memory_)`` of one step: its outputs as a list."""
+    taken = "".join(f'    {name} = constants["{name}"]\n' for name in constants)
+    body = _indented(CodeWriter("python", following=True).stage(stage, "found_"))
+    return f"{PYTHON.format(head='')}\ndef values(t, constants, memory_):\n{taken}{body}\n    return found_\n"
+
+
+def following_javascript(stages: Sequence[StageProgram], constants: Sequence[str]) -> str:
+    """JavaScript functions ``(t, constants, memory_)`` in an array, one for each step, after what they stand on."""
+    head, _, _ = JAVASCRIPT.partition("const NAMES")
+    taken = f"const {{ {', '.join(constants)} }} = constants;"
+    bodies = (_indented(CodeWriter("javascript", following=True).stage(stage, "const found_"), "") for stage in stages)
+    functions = ",\n".join(f"(t, constants, memory_) => {{\n{taken}\n{body}\nreturn found_;\n}}" for body in bodies)
+    return f"{head.format()}const STAGES = [{functions}];\n"
+
+
 def numpy_code(program: MotionProgram) -> str:
     """A Python module with arrays."""
     return python_code(program, arrays=True)
@@ -201,8 +235,11 @@ def c_code(program: MotionProgram) -> str:
     names = ",\n    ".join(map(json.dumps, program.names))
     fields = " ".join(f"double {name};" for name, _ in program.constants) or "char none;"
     values = ", ".join(repr(value) for _, value in program.constants) or "0"
-    taken = "\n".join(f"    double {name} = given_->{name};" for name, _ in program.constants) or "    (void)given_;"
     body = _indented(_stages(CodeWriter("c"), program, "out_"))
+    used = {name for name, _ in program.constants if re.search(rf"\b{name}\b", body)}
+    lines = [f"    double {name} = given_->{name};" for name, _ in program.constants if name in used]
+    lines += [f"    (void){name};" for name in ("t", "given_") if not re.search(rf"\b{name}\b", f"{body}{lines}")]
+    taken = "\n".join(lines)
     return C.format(count=len(program.names), names=names, fields=fields, values=values, taken=taken, body=body)
 
 

@@ -55,8 +55,8 @@ C = """\
 #define COUNT {count}
 
 typedef struct {{ {fields} }} constants;
-static const constants DEFAULTS = {{ {values} }};
-static const char *const NAMES[COUNT] = {{
+const constants DEFAULTS = {{ {values} }};
+const char *const NAMES[COUNT] = {{
     {names}
 }};
 

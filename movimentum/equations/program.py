@@ -8,25 +8,10 @@ direction, plus whole turns from such a table.
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from movimentum.analysis.interactive.formula import lowered_in, to_sympy
-from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, add, const, mul, neg, substitute, symbol
-from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic, Winding
-from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.calculus import with_respect_to
-from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
-from movimentum.records import dataclass, field
-from movimentum.solver.continuation.tracks import SignTrack, StillTrack
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
-
-MOST_STARTS = 129
-"""Rows of a table of starts."""
-
+from movimentum.records import dataclass
 
 WORDS = """
 t tau pi e i j root place lookup between turned eliminate pose poses constants defaults names count main
@@ -41,8 +26,19 @@ RESERVED = frozenset(WORDS.split())
 """Names that some language keeps for itself, or that programs use: names of a script are written differently."""
 
 
+@dataclass(frozen=True, slots=True)
+class KeptConstant:
+    """The payload of a symbol for a constant that keeps its name."""
+
+    name: str
+
+
 class NoProgram(Exception):
-    """Why a motion has no program, in a sentence."""
+    """Why a motion has no program, in a sentence. ``constraints``: the statements (by number) that are the reason."""
+
+    def __init__(self, words: str, constraints: Sequence[int] = ()) -> None:
+        super().__init__(words)
+        self.constraints = tuple(constraints)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +80,24 @@ class NewtonLoop:
     values: tuple[tuple[float, ...], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Fork:
+    """Two solutions for ``names``, where ``rows`` are zero. ``margin`` is zero where they meet, negative nowhere."""
+
+    names: tuple[str, ...]
+    rows: tuple[Any, ...]
+    margin: Any
+
+
 Statement = NamedValue | BranchSign | ContinuousTurn | NewtonLoop
 
 
 @dataclass(frozen=True, slots=True)
 class StageProgram:
     """A step from time ``start`` to ``end``; ``outputs`` in the order asked for. Statements read ``t``, the absolute
-    time, and ``tau``, the time since the step. ``loops``: the equations of each block, ``folds``: what is zero at a
-    dead centre.
+    time, and ``tau``, the time since the step. ``loops``: the equations of each block, ``forks``: where there are two
+    solutions. ``choices``: what inequalities keep from being negative;
+    ``checks``: what is zero although no block solves it.
     """
 
     start: float
@@ -99,7 +105,9 @@ class StageProgram:
     statements: tuple[Statement, ...]
     outputs: tuple[Any, ...]
     loops: tuple[Any, ...] = ()
-    folds: tuple[tuple[str, Any], ...] = ()
+    forks: tuple[Fork, ...] = ()
+    choices: tuple[Any, ...] = ()
+    checks: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,237 +119,30 @@ class MotionProgram:
     stages: tuple[StageProgram, ...]
 
 
+def needed(stage: StageProgram) -> list[Statement]:
+    """The statements that the outputs depend on, in order."""
+    wanted = {str(one) for each in stage.outputs for one in each.free_symbols}
+    found: list[Statement] = []
+    for one in reversed(stage.statements):
+        names = one.names if isinstance(one, NewtonLoop) else (one.name,)
+        if wanted.isdisjoint(names):
+            continue
+        found.append(one)
+        match one:
+            case NamedValue():
+                parts = (one.value,)
+            case BranchSign():
+                parts = ()
+            case ContinuousTurn():
+                parts = (one.y, one.x)
+            case NewtonLoop():
+                parts = (*one.residuals, *(each for row in one.slopes for each in row))
+        wanted |= {str(symbol) for part in parts for symbol in getattr(part, "free_symbols", ())}
+    return found[::-1]
+
+
 def identifier(text: str) -> str:
     """A name that every language takes."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_") or "v"
     name = name if name[0].isalpha() else f"v{name}"
     return f"{name}_" if name.lower() in RESERVED else name
-
-
-@dataclass(slots=True, eq=False)
-class StageMaker:
-    """Makes the stage of a segment's ``motion`` whose outputs are ``wanted`` (expressions of the scene)."""
-
-    motion: SegmentMotion
-    end: float
-    wanted: Sequence[Expr]
-    open: Mapping[Hashable, str]
-    names: dict[int, str] = field(default_factory=dict[int, str])
-    taken: set[str] = field(default_factory=lambda: set(RESERVED))
-    statements: list[Statement] = field(default_factory=list[Statement])
-    loops: list[Any] = field(default_factory=list[Any])
-    folds: list[tuple[str, Any]] = field(default_factory=list[tuple[str, Any]])
-    count: int = 0
-
-    def made(self) -> StageProgram:
-        """The stage; `NoProgram` where there is none."""
-        plan = self.motion.plan
-        self.taken |= set(self.open.values())
-        found = [lowered_in(self.motion, each) for each in self.wanted]
-        roots: list[Expr] = []
-        for one in found:
-            if not isinstance(one, Expr):
-                raise NoProgram(one.words)
-            roots.append(one)
-        for block in self._needed(symbol_numbers(*roots)):
-            self._take(block)
-        start = float(plan.system.segment.start)
-        outputs = tuple(self.expression(root) for root in roots)
-        return StageProgram(start, self.end, tuple(self.statements), outputs, tuple(self.loops), tuple(self.folds))
-
-    def _needed(self, numbers: Iterable[int]) -> list[Block]:
-        plan = self.motion.plan
-        found: set[int] = set()
-        stack = list(numbers)
-        while stack:
-            owner = plan.owner.get(stack.pop())
-            if owner is not None and owner not in found:
-                found.add(owner)
-                block = plan.blocks[owner]
-                used = symbol_numbers(*(plan.system.equations[e].residual for e in block.equations))
-                stack.extend(used | block.inputs)
-        return [plan.blocks[number] for number in sorted(found)]
-
-    def name(self, unknown: int) -> str:
-        """The identifier of an unknown."""
-        found = self.names.get(unknown)
-        if found is None:
-            base = identifier(self.motion.plan.system.unknowns[unknown].name)
-            found = self.names[unknown] = self.fresh(base)
-        return found
-
-    def fresh(self, base: str) -> str:
-        """An identifier that is not taken."""
-        name, k = base, 1
-        while name.lower() in {one.lower() for one in self.taken}:
-            k += 1
-            name = f"{base}_{k}"
-        self.taken.add(name)
-        return name
-
-    def expression(self, root: Expr) -> Any:
-        """An expression of the plan in SymPy's terms, angles in degrees outside of sines."""
-        import sympy as library
-
-        sympy: Any = library
-
-        def leaf(node: Expr) -> Any:
-            match node.op:
-                case "symbol":
-                    if node.payload in self.open:
-                        return sympy.Symbol(self.open[node.payload], real=True)
-                    return sympy.Symbol(self.name(unknown_number(node.payload)), real=True)
-                case "sign":
-                    return sympy.Symbol(f"sign_{node.payload}", real=True)
-                case _:
-                    start = node.start
-                    t = sympy.Symbol("t", real=True)
-                    return t - sympy.Rational(start.numerator, start.denominator)
-
-        return to_sympy(root, leaf)
-
-    # --- blocks
-
-    def _take(self, block: Block) -> None:
-        system = self.motion.plan.system
-        for e in block.equations:
-            equation = system.equations[e]
-            if equation.integrand is None and not isinstance(block, Winding | Assign):
-                self.loops.append(self.expression(equation.residual))
-        match block:
-            case Winding():
-                self._turn(block)
-            case Assign():
-                self._formulas(block)
-            case Quadratic():
-                times, signs = self._signs(block)
-                self.statements.append(BranchSign(f"sign_{block.number}", times, signs))
-                self._formulas(block)
-                names = ", ".join(self.name(n) for n in block.core)
-                self.folds.append((names, self.expression(block.margin)))
-            case Linear():
-                m = len(block.core)
-                rows = [block.entries[i * m : (i + 1) * m] for i in range(m)]
-                residuals = [self.expression(_row(rows[i], block.core, block.entries[m * m + i])) for i in range(m)]
-                slopes = tuple(tuple(self.expression(each) for each in row) for row in rows)
-                self._newton(block, residuals, slopes)
-            case Newton() if not block.free and block.is_square:
-                slopes = tuple(
-                    tuple(self.expression(with_respect_to(r, n)) for n in block.core) for r in block.residuals
-                )
-                self._newton(block, [self.expression(r) for r in block.residuals], slopes)
-            case _:
-                what = "moves freely, or follows a wish" if isinstance(block, Free) else "comes from an integral"
-                unknown = system.unknowns[block.unknowns[0]].name
-                raise NoProgram(f"`{unknown}` {what}, and has no formula")
-
-    def _formulas(self, block: Block) -> None:
-        """Closed forms in named steps: what occurs twice has a name."""
-        import sympy as library
-
-        sympy: Any = library
-        core = [pair for pair in block.formulas if pair[0] in block.core]
-        names = [self.name(n) for n, _ in core]
-        values = [self.expression(value) for _, value in core]
-
-        def steps() -> Any:
-            while True:
-                self.count += 1
-                yield sympy.Symbol(self.fresh(f"s{self.count}"), real=True)
-
-        shared, short = sympy.cse(values, symbols=steps(), order="none")
-        self.statements += [NamedValue(str(one), value) for one, value in shared]
-        self.statements += [NamedValue(name, value) for name, value in zip(names, short, strict=True)]
-        rest = [(n, value) for n, value in block.formulas if n not in block.core]
-        self.statements += [NamedValue(self.name(n), self.expression(value)) for n, value in rest]
-
-    def _newton(self, block: Linear | Newton, residuals: Sequence[Any], slopes: tuple[tuple[Any, ...], ...]) -> None:
-        names = tuple(self.name(n) for n in block.core)
-        times, values = self._path(block.core)
-        self.statements.append(NewtonLoop(names, tuple(residuals), slopes, times, values))
-        self.statements += [NamedValue(self.name(n), self.expression(value)) for n, value in block.given]
-
-    def _turn(self, block: Winding) -> None:
-        (n,) = block.unknowns
-        residual = self.motion.plan.system.equations[block.equations[0]].residual
-        y, x = residual.args[1].args[0].args
-        times, values = self._path((n,))
-        self.statements.append(
-            ContinuousTurn(
-                self.name(n), self.expression(y), self.expression(x), times, tuple(value for (value,) in values)
-            )
-        )
-
-    # --- tables
-
-    def _signs(self, block: Block) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        times: list[float] = []
-        signs: list[float] = []
-        for piece in self.motion.pieces:
-            if isinstance(piece, Unsolved):
-                continue
-            track = piece.tracks[block.number]
-            sign, switches = 1.0, ()
-            if isinstance(track, SignTrack):
-                sign, switches = track.first, tuple(track.switches.tolist())
-            elif isinstance(track, StillTrack):
-                sign = self._still_sign(block, piece)
-            for time in (piece.begin, *switches):
-                if signs and time <= times[-1] and signs[-1] == sign:
-                    continue
-                times.append(float(time))
-                signs.append(sign)
-                sign = -sign
-        return tuple(times), tuple(signs)
-
-    def _still_sign(self, block: Block, piece: Any) -> float:
-        """The sign with which the formulas give what a still block is."""
-        assert isinstance(block, Quadratic)
-        state, _ = piece.solve(piece.instants(np.array([piece.begin])))
-        n, value = block.formulas[0]
-        found: dict[float, float] = {}
-        for sign in (1.0, -1.0):
-            put = substitute(value, lambda node, sign=sign: const(sign) if node.op == "sign" else None)
-            numbers = sorted(symbol_numbers(put))
-            places = {number: k for k, number in enumerate(numbers)}
-            put = substitute(
-                put,
-                lambda node, places=places: (
-                    symbol(places[unknown_number(node.payload)]) if node.op == "symbol" else None
-                ),
-            )
-            known = [np.ravel(state[number])[:1] for number in numbers]
-            with np.errstate(all="ignore"):
-                (result,) = compiled([put], Clocks())(known, [])
-            found[sign] = abs(float(np.ravel(result)[0]) - float(np.ravel(state[n])[0]))
-        return min(found, key=found.__getitem__)
-
-    def _path(self, unknowns: Sequence[int]) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
-        """Values of unknowns along the path."""
-        times: list[float] = []
-        rows: list[tuple[float, ...]] = []
-        for piece in self.motion.pieces:
-            if isinstance(piece, Unsolved):
-                continue
-            tau = self._nodes(piece.begin, piece.end, piece.nodes)
-            state, _ = piece.solve(piece.instants(tau))
-            columns = [np.broadcast_to(np.asarray(state[n], dtype=np.float64), len(tau)) for n in unknowns]
-            times += tau.tolist()
-            rows += [tuple(map(float, row)) for row in zip(*columns, strict=True)]
-        still = all(row == rows[0] for row in rows)
-        return (tuple(times[:1]), tuple(rows[:1])) if still else (tuple(times), tuple(rows))
-
-    def _nodes(self, begin: float, end: float, nodes: FloatArray) -> FloatArray:
-        inside = nodes[(nodes >= begin) & (nodes <= end)]
-        if len(inside) > MOST_STARTS:
-            inside = inside[np.linspace(0, len(inside) - 1, MOST_STARTS).round().astype(np.intp)]
-        count = max(2, min(33, int(60 * (end - begin)) + 2)) if end > begin else 1
-        return np.unique(np.concatenate([inside, np.linspace(begin, end, count)]))
-
-
-def _row(row: Sequence[Expr], core: Sequence[int], right: Expr) -> Expr:
-    """A row of linear equations as what is zero."""
-    total = neg(right)
-    for slope, n in zip(row, core, strict=True):
-        total = add(total, mul(slope, symbol(n)))
-    return total

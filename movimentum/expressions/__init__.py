@@ -24,10 +24,11 @@ from movimentum.expressions.expr import (
 )
 from movimentum.expressions.floats import RADIANS
 from movimentum.expressions.operations import OPERATIONS, Operation, call, evaluate_op, power
-from movimentum.expressions.walk import rebuild, substitute, symbols, walk
+from movimentum.expressions.walk import named_origins, rebuild, substitute, symbols, walk
 
 __all__ = [
     "ONE", "OPERATIONS", "RADIANS", "ZERO", "Expr", "Operation", "add", "call", "clock", "const", "derivative",
-    "div", "evaluate_op", "integral", "mul", "neg", "power", "progress", "ratio", "rebuild", "sub", "substitute",
+    "div", "evaluate_op", "integral", "mul", "named_origins",
+    "neg", "power", "progress", "ratio", "rebuild", "sub", "substitute",
     "symbol", "symbols", "walk",
 ]  # fmt: skip

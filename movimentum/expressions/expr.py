@@ -186,6 +186,8 @@ def sub(a: Expr, b: Expr) -> Expr:
 def mul(a: Expr, b: Expr) -> Expr:
     """a * b."""
     if a.value is not None and b.value is not None:
+        if a.value * b.value == 0.0 and (a.value == 0.0 or b.value == 0.0):
+            return ZERO  # whatever the other was computed from
         return _fold(a.value * b.value, "mul", a, b)
     if b.value is not None:
         a, b = b, a

@@ -1,7 +1,7 @@
 """The table of operations: one row for each, with its name in a script, its value and its derivative.
 
 A column is an arithmetic (see `column`): floats (`floats`), NumPy arrays and the code that is generated
-(`planning.codegen.numeric`), double-doubles, mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a
+(`arrays`), double-doubles, mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a
 ``value`` holds in all of them; a new function of the language is one such row, and its name in `syntax.words`. A test
 tries every row in every column, values and derivatives, against mpmath.
 """
@@ -24,7 +24,12 @@ Derivative = Callable[[Any, Sequence[Expr]], Expr]
 """From a node and the derivatives of its arguments to its own."""
 
 
-Value = Callable[[Any, Any], Any] | Callable[[Any, Any, Any], Any]
+Value = (
+    Callable[[Any, Any], Any]
+    | Callable[[Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any], Any]
+    | Callable[[Any, Any, Any, Any, Any, Any], Any]
+)
 """From an arithmetic and its numbers to one of them."""
 
 
@@ -166,6 +171,14 @@ OPERATIONS = (
     Operation(
         "table", 1, lambda node, d: mul(node.payload.rate(node.args[0]), d[0]), value=lambda m, u, table: table.at(u),
         payload=True,
+    ),
+    Operation(
+        "nearest", 2, lambda node, d: node.payload.rate(node, d), value=lambda m, x, y, two: two.value(m, x, y),
+        payload=True,
+    ),
+    Operation(
+        "nearest-turned", 4, lambda node, d: node.payload.rate(node, d),
+        value=lambda m, x, y, c, s, two: two.value(m, x, y, c, s), payload=True,
     ),
 )  # fmt: skip
 """All of them; leaves, integrals and derivatives are not operations, see `Expr`."""

@@ -75,6 +75,8 @@ class Pieces:
 class Table:
     """A function of one number, by ``x`` (N,), which increases, and ``y`` (N,); equal if it has the same values.
 
+    A ``smooth`` one with known ``slopes`` (N,) has these at its rows (Hermite's cubics).
+
     ``order`` says which derivative it is. Where that jumps, it has the value on the right, or on the left if ``side``
     is -1. ``spelled`` is its file and what follows, for messages: ``("walk.csv", "knee", "")``.
     """
@@ -90,10 +92,12 @@ class Table:
         order: int = 0,
         side: int = 1,
         digest: bytes = b"",
+        slopes: FloatArray | None = None,
     ) -> None:
         self.x, self.y, self.smooth, self.ends, self.spelled = x, y, smooth, ends, spelled
-        self.order, self.side = order, side
-        content = digest or hashlib.blake2b(x.tobytes() + y.tobytes(), digest_size=16).digest()
+        self.order, self.side, self.slopes = order, side, slopes
+        more = b"" if slopes is None else slopes.tobytes()
+        content = digest or hashlib.blake2b(x.tobytes() + y.tobytes() + more, digest_size=16).digest()
         self.digest = content
         self._key = content, smooth, ends, order, side
         self._hash = hash(self._key)
@@ -105,7 +109,8 @@ class Table:
         return self is other or (isinstance(other, Table) and self._key == other._key)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (self.x, self.y, self.smooth, self.ends, self.spelled, self.order, self.side, self.digest)
+        state = self.x, self.y, self.smooth, self.ends, self.spelled, self.order, self.side, self.digest, self.slopes
+        return _again, state
 
     def __repr__(self) -> str:
         file, column, rest = self.spelled
@@ -120,9 +125,8 @@ class Table:
         """The derivative, with a value of one ``side`` where it jumps; None if it is 0 throughout."""
         if self.order >= (3 if self.smooth else 1):
             return None
-        return _again(
-            self.x, self.y, self.smooth, self.ends, self.spelled, self.order + 1, side or self.side, self.digest
-        )
+        rest = self.order + 1, side or self.side, self.digest, self.slopes
+        return _again(self.x, self.y, self.smooth, self.ends, self.spelled, *rest)
 
     def rate(self, argument: Expr, side: int | None = None) -> Expr:
         """The derivative by ``argument``, there."""
@@ -150,8 +154,7 @@ class Table:
 
     def in_numbers(self, numbers: Numbers) -> Pieces:
         """The pieces for the decimal numbers that the file has, in another arithmetic."""
-        x = numbers.rationals([Fraction(repr(value)) for value in self.x.tolist()])
-        y = numbers.rationals([Fraction(repr(value)) for value in self.y.tolist()])
+        x, y = (numbers.rationals([Fraction(repr(value)) for value in row.tolist()]) for row in (self.x, self.y))
         margin = numbers.rationals([Fraction(TABLE_END)]) * (x[-1:] - x[:1])
         fixed = numbers.floats(np.array([0.0, np.nan]))
         return self._pieces(x, y, lambda: self._slopes_in(numbers, x, y), fixed, margin)
@@ -211,11 +214,15 @@ class Table:
         return Pieces(breaks, base, tuple(padded))
 
     def _float_slopes(self) -> FloatArray:
+        if self.slopes is not None:
+            return self.slopes
         h = np.diff(self.x)
         return self._solved(h, self._equations(h, np.diff(self.y) / h, None))
 
     def _slopes_in(self, numbers: Numbers, x: Any, y: Any) -> Any:
         """The slopes, refined: each step adds what the equations of the last lack, magnified to be seen in floats."""
+        if self.slopes is not None:
+            return numbers.rationals([Fraction(repr(value)) for value in self.slopes.tolist()])
         h = x[1:] - x[:-1]
         chord = (y[1:] - y[:-1]) / h
         widths = np.diff(self.x)
@@ -329,8 +336,9 @@ def _again(
     order: int,
     side: int,
     digest: bytes,
+    slopes: FloatArray | None,
 ) -> Table:
-    return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest)
+    return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest, slopes=slopes)
 
 
 def _joined(*parts: Any) -> Any:

@@ -89,15 +89,33 @@ def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
             return call(node.op, *args, payload=node.payload)
 
 
+_SEEN = frozenset({"integral", "derivative", "nearest", "nearest-turned"})
+
+
 def substitute(root: Expr, replace: Callable[[Expr], Expr | None], memo: dict[Expr, Expr] | None = None) -> Expr:
     """``root`` with every node for which ``replace`` returns an expression replaced by it.
 
-    ``replace`` sees leaves, integrals and derivatives; pass one ``memo`` to share work between roots.
+    ``replace`` sees leaves, integrals, derivatives, places of contact; pass one ``memo`` to share work between roots.
     """
     memo = {} if memo is None else memo
     for node in walk(root):
         if node in memo:
             continue
-        new = replace(node) if not node.args or node.op in ("integral", "derivative") else None
+        new = replace(node) if not node.args or node.op in _SEEN else None
         memo[node] = rebuild(node, tuple(memo[arg] for arg in node.args)) if new is None else new
     return memo[root]
+
+
+def named_origins(root: Expr, known: dict[int, tuple[Expr, frozenset[Hashable]]] | None = None) -> frozenset[Hashable]:
+    """The symbols that the constants in an expression were computed from (see `Expr.origin`). ``known``: by the number
+    of an origin (equal ones may come from others), which is kept for as long.
+    """
+    known = {} if known is None else known
+    found: frozenset[Hashable] = frozenset()
+    for node in walk(root):
+        if node.origin is None:
+            continue
+        if id(node.origin) not in known:
+            known[id(node.origin)] = node.origin, symbols(node.origin) | named_origins(node.origin, known)
+        found |= known[id(node.origin)][1]
+    return found

@@ -17,8 +17,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, substitute, symbol, symbols, walk
+from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import BodyUnknowns

@@ -21,8 +21,8 @@ INDENT = 2
 LINE_END = re.compile(r"\r\n|\r|\n")
 _COMMENT = re.compile(r"//[^\r\n]*|/\*[^*]*\*+(?:[^\/*][^*]*\*+)*/")
 _STEPS = ("step", "relative_step")
-_OF_STEPS = ("statement", "claim", "goal", "extreme_goal", "requirement", "film_loop")
-_THINGS = ("definition", "follower", "placed", "whole_follower", "copy")
+_OF_STEPS = ("statement", "claim", "goal", "extreme_goal", "requirement", "film_loop", "view")
+_THINGS = ("definition", "follower", "placed", "whole_follower", "cord", "copy")
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from movimentum.records import dataclass
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.concrete import Clause, first_token, tokens
 from movimentum.syntax.grammar import load_tables
-from movimentum.syntax.words import BARE_OPTIONS
+from movimentum.syntax.words import BARE_OPTIONS, ENDING_WORDS
 
 Piece = Clause | Token
 
@@ -32,8 +32,9 @@ class Glue(Enum):
 
 ITEM_RULES = frozenset(
     {
-        "config", "let", "part", "include", "film_loop", "definition", "follower", "placed", "whole_follower", "copy",
-        "loop", "step", "relative_step", "statement", "claim", "goal", "extreme_goal", "requirement",
+        "config", "let", "part", "include", "film_loop", "view", "definition", "follower", "placed",
+        "whole_follower", "cord", "copy", "loop", "step", "relative_step", "statement", "claim", "goal", "extreme_goal",
+        "requirement",
     }
 )  # fmt: skip
 """The rules that are items of a script, a part or a loop."""
@@ -100,7 +101,7 @@ def _glues(text: str, branch: Clause, tight: bool) -> Iterator[Glue]:
     """The glue in front of each piece of a branch; that of the first is decided by the branch around."""
     rule, pieces = branch.rule, branch.pieces
     yield Glue.NOTHING
-    if rule in ("definition", "follower", "placed", "whole_follower", "copy"):
+    if rule in ("definition", "follower", "placed", "whole_follower", "cord", "copy"):
         yield from _definition(branch)
         return
     if rule == "reference":
@@ -119,11 +120,13 @@ def _glues(text: str, branch: Clause, tight: bool) -> Iterator[Glue]:
 
 
 def _plain(rule: str, before: Piece, piece: Piece) -> Glue:
+    if rule == "member" and isinstance(piece, Token) and piece[1:] in ENDING_WORDS:
+        return Glue.SPACE
     if rule in _NEVER_SPACED or rule in ("step", "relative_step", "power"):
         return Glue.NOTHING
     if _is(piece, "COMMA", "SEMICOLON", "RPAR", "RSQB", "DOTS") or _is(before, "LPAR", "LSQB", "DOTS"):
         return Glue.NOTHING
-    if _is(piece, "LPAR", "LSQB"):
+    if _is(piece, "LPAR", "LSQB") or (isinstance(piece, Clause) and piece.rule in ("index", "range_index")):
         return Glue.NOTHING
     if rule in ("statement", "let") and _is(piece, "EQUAL", "TILDE", "ATMOST", "BELOW", "ATLEAST", "ABOVE"):
         return Glue.EQUALS
@@ -136,6 +139,7 @@ _PLACES = {
     "fixed_point": Glue.REFERENCE,
     "option": Glue.OPTION,
     "clip": Glue.OPTION,
+    "pen": Glue.OPTION,
 }
 
 

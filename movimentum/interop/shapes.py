@@ -93,7 +93,7 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
                 yield Shape(thing, tuple((x, y, 0.0) for x, y in outline.points), None, ())
 
 
-CUT = ("bar", "plate", "disc", "polygon", "gear", "rack")
+CUT = ("bar", "plate", "disc", "polygon", "curve", "cut", "gear", "rack")
 """Kinds that are shapes of a sheet."""
 
 

@@ -22,7 +22,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions.tables import Ends, Table
 from movimentum.output.files import read_limited
 from movimentum.records import dataclass
-from movimentum.scene.tables import TableColumn
+from movimentum.scene.tables import POINTS, TableColumn
 from movimentum.syntax.suggest import nearest
 from movimentum.text import listed
 
@@ -46,6 +46,8 @@ def read_table(column: TableColumn) -> Table | Diagnostic:
         return _wrong("asset/missing", f"there is no file {column.path}", *helps)
     except (OSError, ValueError) as problem:
         return _unreadable(column.path, getattr(problem, "strerror", None) or str(problem))
+    if column.column == POINTS and column.over:
+        return _path(column)
     try:
         return _read(column, about.st_mtime_ns, about.st_size)
     except _Fault as fault:
@@ -78,6 +80,8 @@ def _read(column: TableColumn, changed: int, size: int) -> Table:
         helps = "save it as CSV in UTF-8"
         raise _Fault(_unreadable(path, "it is not text in UTF-8", helps)) from problem
     sheet = _Sheet.of(path, text)
+    if column.column == POINTS:
+        return _points(sheet)
     given = sheet.place(column.over, "over") if column.over else 0
     place = sheet.place(column.column, "")
     x, y = sheet.columns(given, place)
@@ -158,6 +162,31 @@ class _Sheet:
         else:
             message = f"{where}there is no number for `{self.names[place]}`"
         raise _Fault(_wrong("table/value", message, "write a number, or leave out the row"))
+
+
+def _path(column: TableColumn) -> Table | Diagnostic:
+    """The control points of an element's path, four for each piece, from the drawing's lower-left corner, y up; its
+    ``spelled`` ends with whether it is closed. It is no function.
+    """
+    from movimentum.rendering.svg_paths import path_of  # few scripts have any
+
+    found = path_of(column.path, column.over)
+    if isinstance(found, Diagnostic):
+        return found
+    pieces, closed, height = found
+    if not pieces:
+        return _wrong("asset/element", f"the path of `#{column.over}` in {column.path} is empty")
+    points = np.array(pieces).reshape(-1, 2)
+    return Table(points[:, 0].copy(), height - points[:, 1], spelled=(column.shown, column.over, "closed" * closed))
+
+
+def _points(sheet: _Sheet) -> Table:
+    """The points of a curve: the columns called x and y, else the first two. It is no function."""
+    places = [sheet.names.index(name) for name in ("x", "y")] if {"x", "y"} <= set(sheet.names) else [0, 1]
+    if len(sheet.names) < 2:
+        raise _Fault(_wrong("table/column", f"{sheet.path} has one column, and points have two: x and y"))
+    x, y = sheet.columns(*places)
+    return Table(x, y)
 
 
 def _cells(path: str, number: int, line: str, separator: str) -> Sequence[str]:

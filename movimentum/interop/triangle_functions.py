@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.codegen.numeric import sincosd
+from movimentum.expressions.arrays import sincosd
 from movimentum.records import dataclass
 from movimentum.tolerances import CIRCLES_TOUCHING
 

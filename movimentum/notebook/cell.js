@@ -10,8 +10,9 @@ const begin = async (cell) => {
   const style = document.createElement("style"), element = document.createElement("div");
   style.textContent = STYLE;
   shadow.replaceChildren(style, element);
-  cell.player = new MovimentumPlayer(element, film, element);
+  cell.player = film.live ? new MovimentumFigure(element, film, MOVIMENTUM_LIVE, element)
+    : new MovimentumPlayer(element, film, element);
 };
 if (typeof DecompressionStream === "function") {
-  for (const cell of document.querySelectorAll("[data-movimentum-film]")) if (!cell.shadowRoot) begin(cell);
+  for (const cell of document.querySelectorAll(CELLS)) if (!cell.shadowRoot) begin(cell);
 }

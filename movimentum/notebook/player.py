@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import json
 import tempfile
 import zlib
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from movimentum.drawing.options import PictureOptions
 from movimentum.rendering.prepare import prepare_drawing
@@ -21,6 +23,9 @@ from movimentum.workflow.animate import animate
 from movimentum.workflow.choices import Choices, Picture
 from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution
+
+if TYPE_CHECKING:
+    from movimentum.living.page import Figure
 
 MOST_POSES = 30_000
 """Poses (things times frames) in one cell; of a longer film, every second, third … frame is shown."""
@@ -47,15 +52,29 @@ def player_html(source: SourceText, solution: Solution, choices: Choices) -> str
         # the attribute tells JupyterLab that keys pressed here are not its own
         f'<div data-movimentum-film="{base64.b64encode(packed).decode("ascii")}" data-lm-suppress-shortcuts="true">'
         f'<img src="{still}" alt="{label}" style="max-width: 100%"></div>'
-        f"{told}<script>{_script()}</script>"
+        f"{told}<script>{_script(shipped('painter.js', 'player.js'), shipped('player.css'))}</script>"
     )
 
 
-def _script() -> str:
+def figure_html(figure: Figure) -> str:
+    """The same of a living figure. Its script begins no other cell: each figure has code of its own."""
+    from movimentum.living.page import figure_parts, script, style
+
+    code, data = figure_parts(figure)
+    packed = zlib.compress(json.dumps(data, separators=(",", ":"), allow_nan=False).encode("utf-8"), 9)
+    key = hashlib.sha256(packed + code.encode("utf-8")).hexdigest()[:16]
+    return (
+        f'<div data-movimentum-film="{base64.b64encode(packed).decode("ascii")}" data-movimentum-figure="{key}"'
+        f' data-lm-suppress-shortcuts="true">{html.escape(figure.film.title)}</div>'
+        f"<script>{_script(script(code), style(), f'[data-movimentum-figure={json.dumps(key)}]')}</script>"
+    )
+
+
+def _script(player: str, style: str, cells: str = "[data-movimentum-film]:not([data-movimentum-figure])") -> str:
     """What plays, in a scope of its own: cells do not share names."""
     cell = files("movimentum.notebook").joinpath("cell.js").read_text(encoding="utf-8")
-    style = f"const STYLE = {json.dumps(_STYLE + shipped('player.css'))};\n"
-    return f"(() => {{\n{shipped('painter.js', 'player.js')}{style}{cell}}})();"
+    names = f"const STYLE = {json.dumps(_STYLE + style)}, CELLS = {json.dumps(cells)};\n"
+    return f"(() => {{\n{player}{names}{cell}}})();"
 
 
 def _film(solution: Solution, choices: Choices) -> tuple[Film, int]:

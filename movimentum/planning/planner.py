@@ -25,7 +25,8 @@ from movimentum.planning.structure.decompose import Decomposition, Group, driven
 from movimentum.planning.structure.rates import with_needed_rates
 from movimentum.planning.structure.turns import without_repetitions
 from movimentum.records import dataclass, replace
-from movimentum.scene.model import Anonymous, Bearing, Scene
+from movimentum.scene.leaves import Bearing
+from movimentum.scene.model import Anonymous, Scene
 from movimentum.timeline.model import Segment
 from movimentum.tolerances import ROUNDED_FAR
 

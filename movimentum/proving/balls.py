@@ -80,7 +80,7 @@ def nonzero(a: Ball) -> bool:
 
 def as_float(a: Ball) -> float:
     """The nearest float, or about that."""
-    return float(Fraction(a[0], ONE))
+    return a[0] / ONE
 
 
 Sparse = list[tuple[int, int, list[tuple[int, int]]]]
@@ -97,7 +97,14 @@ def sparse(ring: Ring, p: Polynomial) -> Sparse:
 
 def evaluated(terms: Sparse, value: Callable[[int], Ball], powers: dict[tuple[int, int], Ball]) -> Ball:
     """A polynomial where each variable has a ``value``, whose ``powers`` are kept."""
-    middle = radius = 0
+    return with_largest(terms, value, powers)[:2]
+
+
+def with_largest(
+    terms: Sparse, value: Callable[[int], Ball], powers: dict[tuple[int, int], Ball]
+) -> tuple[int, int, int]:
+    """`evaluated`, and about how large its largest term is: what is much smaller may be rounding of the values."""
+    middle = radius = largest = 0
     for n, d, factors in terms:
         m, r = ONE, 0
         for key in factors:
@@ -110,6 +117,8 @@ def evaluated(terms: Sparse, value: Callable[[int], Ball], powers: dict[tuple[in
                 powers[key] = factor
             a, b = factor
             m, r = (m * a) >> BITS, ((abs(m) * b + abs(a) * r + r * b) >> BITS) + 2
-        middle += (m * n) // d
+        term = m * n if d == 1 else (m * n) // d
+        middle += term
         radius += (r * abs(n)) // d + 1
-    return middle, radius
+        largest = max(largest, abs(term))
+    return middle, radius, largest

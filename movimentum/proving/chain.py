@@ -6,25 +6,27 @@ the unknowns that most others follow from become the parameters. Each pose of th
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic, Winding
 from movimentum.planning.lowering.equations import Form
-from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
+from movimentum.proving.film import state_at
 from movimentum.proving.groups import RowGroup
 from movimentum.proving.lowering import CLOCK, Lowering, common_bases
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, Work, make_ring
 from movimentum.proving.tower import FreeParameter, Full, NotAlgebraic, Quotient, Tower, Unit
 from movimentum.records import dataclass, field
-from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.scene.model import ThingAngle, VariableComponent
+from movimentum.solver.segment_motion import SegmentMotion
 
 MOST_LOWERING = 3_000_000
 """Products of terms that making a tower may take."""
@@ -34,21 +36,27 @@ MOST_LOWERING = 3_000_000
 class Chain:
     """The tower of what ``wanted`` expressions (lowered, in the system's unknowns) depend on, at offset ``tau`` of a
     segment's motion. ``film``: floats of the variables that are unknowns; ``point``: the pose of the film there.
-    ``given``: constants that are left open, by payload.
+    ``given``: constants that are left open, by payload. ``loose``: long functions of time are free parameters.
     """
 
     motion: SegmentMotion
     tau: float
     pooled: bool
+    loose: bool
     accelerated: bool | None
     given: Mapping[Hashable, Fraction]
     size: int = 40
     bases: dict[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
     film: dict[int, float] = field(default_factory=dict[int, float])
     of_place: dict[int, int] = field(default_factory=dict[int, int])
+    scales: dict[int, float] = field(default_factory=dict[int, float])
+    let_go: list[Unit | FreeParameter] = field(default_factory=list["Unit | FreeParameter"])
     known: dict[int, Quotient] = field(default_factory=dict[int, Quotient])
     state: Sequence[float | None] = ()
     choice: int = 0
+    blocks: frozenset[int] = frozenset()
+    constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
+    poses: dict[tuple[int, float], TowerPoint] = field(default_factory=dict[tuple[int, float], TowerPoint])
 
     tower: Tower = field(init=False)
     lowering: Lowering = field(init=False)
@@ -56,20 +64,68 @@ class Chain:
 
     def build(self, wanted: Iterable[Expr]) -> None:
         """Make the tower; `NotAlgebraic` where there is none, `NoBall` where the pose is a special one."""
-        self.tower = Tower(make_ring(self.size, Work(MOST_LOWERING), accelerated=self.accelerated))
-        self.lowering = Lowering(self.tower, self._unknown, self.known, self.bases)
+        self.tower = Tower(make_ring(self.size, Work(MOST_LOWERING), accelerated=self.accelerated), given=self.given)
+        self.lowering = Lowering(self.tower, self._unknown, self.known, self.bases, loose=self.loose)
         time = self.motion.segment.start + Fraction(self.tau)
-        self.point = TowerPoint(self.tower, Drives(time, self.film, self._turn, self.given))
-        blocks = self._needed(wanted)
+        self.point = TowerPoint(
+            self.tower, Drives(time, self.film, _turns(self.state), self.given, constants=self.constants)
+        )
+        blocks = self.needed(wanted)
+        self.blocks = frozenset(block.number for block in blocks)
         if self.pooled:
             self._pool(blocks)
-            return
-        for block in blocks:
-            self._take(block)
+        else:
+            for block in blocks:
+                self._take(block)
+        for each in wanted:
+            _touch(self, each)
+        self.tower.arrange()
+        self.point = self.pose(self.motion, self.tau)
+
+    def pose(self, motion: SegmentMotion, tau: float) -> TowerPoint:
+        """The pose of the film at an offset, of this motion or of one with the same equations; `NoBall` for a special
+        one.
+        """
+        found = self.poses.get((id(motion), tau))
+        if found is None:
+            state = state_at(motion, tau)
+            time = motion.segment.start + Fraction(tau)
+            film: dict[int, float] = {}
+            drives = Drives(time, film, _turns(state), self.given, constants=self.constants)
+            for place, n in self.of_place.items():
+                value = state[n]
+                if value is None or not np.isfinite(value):
+                    raise NoBall
+                film[place] = value * self.scales[place]
+            before = TowerPoint(self.tower, drives)
+            for step in self.let_go:
+                before.take(step)
+                film.update((place, balls.as_float(before.values[place])) for place in step.places)
+            found = TowerPoint(self.tower, drives, settled=True)
+        found.settle()
+        self.poses[id(motion), tau] = found
+        return found
+
+    @property
+    def loosened(self) -> bool:
+        """Whether a function of time was made a free parameter."""
+        return self.lowering.loosened
+
+    def covers(self, wanted: Sequence[Expr]) -> bool:
+        """Whether other expressions can be told by this chain; what they need is added."""
+        try:
+            if not self.blocks >= {block.number for block in self.needed(wanted)}:
+                return False
+            for each in wanted:
+                _touch(self, each)
+        except (NotAlgebraic, Full):
+            return False
+        return common_bases(self.lowering.requests) == self.bases
 
     # --- what is needed
 
-    def _needed(self, wanted: Iterable[Expr]) -> list[Block]:
+    def needed(self, wanted: Iterable[Expr]) -> list[Block]:
+        """The blocks that expressions depend on, in their order."""
         plan = self.motion.plan
         found: set[int] = set()
         stack = list(symbol_numbers(*wanted))
@@ -104,20 +160,16 @@ class Chain:
         value = self.state[n]
         if value is None or not np.isfinite(value):
             raise NotAlgebraic(f"`{system.unknowns[n].name}` has no value in the film")
-        scale = None
+        scale, length = None, 1.0
         if isinstance(payload, PoseCos | PoseSin):
             frame = system.frame(payload.thing)
             if frame.ahead is not None:
                 scale = self.lowering.value(frame.distance)
-                value *= float(frame.distance.value or 1.0)
+                length = float(frame.distance.value or 1.0)
         place = tower.new()
-        self.film[place], self.of_place[place] = value, n
+        self.film[place], self.of_place[place], self.scales[place] = value * length, n, length
         variable = tower.whole(tower.ring.variable(place))
         return variable if scale is None else tower.div(variable, scale)
-
-    def _turn(self, source: Hashable) -> float | None:
-        """An angle of the film, in degrees."""
-        return self.state[source] if isinstance(source, int) else None
 
     def names(self, places: Iterable[int]) -> str:
         """What variables belong to, for messages."""
@@ -186,8 +238,14 @@ class Chain:
             opened.update(place for place in range(before, self.tower.used) if place in self.of_place)
         for n, expr in block.given:
             self.known[n] = self.lowering.value(expr)
-        rows = [self.lowering.value(system.equations[e].residual).top for e in block.equations]
+        rows = [self._row(system.equations[e].residual) for e in block.equations]
         self._group(rows, opened, freely=False).solve()
+
+    def _row(self, residual: Expr) -> Polynomial:
+        value = self.lowering.value(residual)
+        if self.tower.ring.constant(value.bottom) is None:
+            self.tower.assumed.append(value.bottom)
+        return value.top
 
     def _group(self, rows: list[Polynomial], opened: set[int], *, freely: bool) -> RowGroup:
         zero = self.tower.ring.zero
@@ -211,7 +269,7 @@ class Chain:
         return -1_000_000 - n if isinstance(unknown.payload, PoseX | PoseY) else -(unknown.thing or -1)
 
     def _present(self, p: Polynomial) -> bool:
-        return p != self.tower.ring.zero and self.point.clearly(p)
+        return p != self.tower.ring.zero and self.point.present(p)
 
     # --- everything together
 
@@ -232,23 +290,21 @@ class Chain:
                     equation = system.equations[e]
                     if equation.form is not Form.PLAIN:
                         raise NotAlgebraic("it comes from an integral")
-                    rows.append(self.lowering.value(equation.residual).top)
+                    rows.append(self._row(equation.residual))
         opened = set(self.of_place)
         ring = tower.ring
         for step in list(tower.steps):
-            if isinstance(step, Unit) and not (isinstance(step.source, Expr) and not step.source.timed):
-                c, s = ring.variable(step.place), ring.variable(step.sine)
-                self.point.extend()
-                for place in (step.place, step.sine):
-                    self.film[place] = self.point.values[place][0] / (1 << 640)
-                    opened.add(place)
+            if not isinstance(step, Unit | FreeParameter) or not _of_time(step.source):
+                continue
+            if isinstance(step, Unit):
+                c, s = (ring.variable(place) for place in step.places)
                 rows.append(c * c + s * s - ring.one)
-                tower.steps.remove(step)
-            elif isinstance(step, FreeParameter) and (step.source == CLOCK or isinstance(step.source, Expr)):
-                self.point.extend()
-                self.film[step.place] = self.point.values[step.place][0] / (1 << 640)
-                opened.add(step.place)
-                tower.steps.remove(step)
+                del tower.squares[step.sine]  # either may be found by the other
+            self.point.extend()
+            opened.update(step.places)
+            self.film.update((place, balls.as_float(self.point.values[place])) for place in step.places)
+            self.let_go.append(step)
+            tower.steps.remove(step)
         opened = opened | set(self.of_place)
         self.point = TowerPoint(tower, self.point.drives)
         self._group(rows, opened, freely=True).solve()
@@ -268,21 +324,21 @@ def chain_of(
     accelerated: bool | None,
     given: Mapping[Hashable, Fraction],
     choice: int = 0,
+    loose: bool = False,
+    pooled: Sequence[bool] = (False, True),
 ) -> Chain:
     """The chain that ``wanted`` expressions depend on, by blocks or, where these are no chain, of all together (with
     one or another ``choice`` of parameters).
     """
     reason: Exception | None = None
     state = state_at(motion, tau)
-    for pooled in (False, True):
+    for all_together in pooled:
         bases: dict[Hashable, Fraction] = {}
         size = 40
         for _ in range(6):
-            chain = Chain(motion, tau, pooled, accelerated, given, size, bases, state=state, choice=choice)
+            chain = Chain(motion, tau, all_together, loose, accelerated, given, size, bases, state=state, choice=choice)
             try:
                 chain.build(wanted)
-                for each in wanted:
-                    _touch(chain, each)
             except Full:
                 size *= 2
                 continue
@@ -292,10 +348,19 @@ def chain_of(
                 break
             wider = common_bases(chain.lowering.requests)
             if wider == bases:
-                chain.point.extend()
                 return chain
             bases = wider
     raise reason or NotAlgebraic("there are too many equations")
+
+
+def _turns(state: Sequence[float | None]) -> Callable[[Hashable], float | None]:
+    """The angles of a state, in degrees."""
+    return lambda source: state[source] if isinstance(source, int) else None
+
+
+def _of_time(source: Hashable) -> bool:
+    """Whether what gives a parameter changes with the time: a constant has no other value."""
+    return source == CLOCK or isinstance(source, int) or (isinstance(source, Expr) and source.timed)
 
 
 def _touch(chain: Chain, expression: Expr) -> None:
@@ -304,44 +369,3 @@ def _touch(chain: Chain, expression: Expr) -> None:
         chain.lowering.angle(expression) if expression.op == "atan2d" else chain.lowering.value(expression)
     except NotAlgebraic:
         return
-
-
-def state_at(motion: SegmentMotion, tau: float) -> list[float | None]:
-    """The unknowns' values at an offset; `NotAlgebraic` where there is no solution."""
-    piece = next((p for p in reversed(motion.pieces) if p.begin <= tau), motion.pieces[0])
-    if isinstance(piece, Unsolved):
-        raise NotAlgebraic("there is no solution at this time")
-    state, bad = piece.solve(piece.instants(np.array([tau])))
-    if bad[0]:
-        raise NotAlgebraic("there is no solution at this time")
-    return [None if value is None else float(np.ravel(value)[0]) for value in state]
-
-
-def lowered(motion: SegmentMotion, expressions: Sequence[Expr]) -> list[Expr]:
-    """Expressions of the scene in the unknowns of a segment's system; things that no constraint mentions are where they
-    are drawn.
-    """
-    from movimentum.expressions import substitute
-
-    system = motion.plan.system
-
-    def leaf(node: Expr) -> Expr | None:
-        payload = node.payload
-        if node.op != "symbol" or not isinstance(payload, AnchorCoordinate | ThingAngle):
-            return None
-        if {PoseX(payload.thing), PoseY(payload.thing)} & system.number_of.keys():
-            return None
-        thing = system.scene.things[payload.thing]
-        pose = motion.base.now.things[payload.thing]
-        if (pose.x, pose.y, pose.c, pose.s) != (0.0, 0.0, 1.0, 0.0):
-            raise NotAlgebraic(f"where `{thing.name}` is was left by an earlier step")
-        if isinstance(payload, ThingAngle):
-            from movimentum.expressions import ZERO
-
-            return ZERO
-        return thing.anchors[payload.anchor].coordinates[payload.axis]
-
-    try:
-        return lowered_expressions(system, [substitute(each, leaf) for each in expressions])
-    except (ValueError, TypeError) as error:
-        raise NotAlgebraic(f"nothing is solved for `{error}` in this step") from error

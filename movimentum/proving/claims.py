@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
-from movimentum.expressions import Expr
+from movimentum.expressions import Expr, symbols, walk
 from movimentum.proving import balls
 from movimentum.proving.balls import Ball, NoBall
-from movimentum.proving.chain import Chain, chain_of, lowered
-from movimentum.proving.lowering import Form
-from movimentum.proving.points import Drives, TowerPoint
+from movimentum.proving.chain import Chain, chain_of
+from movimentum.proving.film import lowered, state_at
+from movimentum.proving.lowering import Form, Lowering
+from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
 from movimentum.proving.tower import NotAlgebraic, Quotient, Root
 from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.tolerances import NEARBY_POSITION
+from movimentum.tolerances import FILM_POSE, NEARBY_POSITION
 
 CONSTANT_DENOMINATOR = 10**9
 """The largest denominator of a number that a length's square may be proved to be."""
@@ -26,16 +28,30 @@ CONSTANT_DENOMINATOR = 10**9
 @dataclass(frozen=True, slots=True, eq=False)
 class SidesApart:
     """One component of a claim: ``top`` is zero where its sides are equal; ``whole`` is left minus right, None where
-    only directions are compared.
+    only directions are compared: of ``sides``, which may still be whole turns apart. ``jumps``: one of the angles is
+    that of a direction, between -180 and 180.
     """
 
     top: Polynomial
     whole: Quotient | None
+    sides: tuple[Expr, Expr] | None = None
+    jumps: bool = False
+
+    def whole_turns(self, motion: SegmentMotion, tau: float) -> bool:
+        """Whether the directions are other turns apart than a claim allows, in the film."""
+        if self.sides is None:
+            return False
+        a, b = (film_value(motion, tau, each) for each in self.sides)
+        apart = abs(a - b)
+        return min(apart, abs(apart - 360.0) if self.sides[0].op == "atan2d" else apart) > FILM_POSE * max(1.0, abs(a))
 
 
-def is_angle(form: Form) -> bool:
-    """Whether a form is more than a number of degrees."""
-    return any(source is not None for source in form)
+def is_angle(lowering: Lowering, form: Form) -> bool:
+    """Whether a form is more than a number of degrees, and not made of coordinates."""
+    return any(
+        source is not None and (not isinstance(source, int) or source in lowering.vectors or source in lowering.forms)
+        for source in form
+    )
 
 
 def differences(chain: Chain, left: Sequence[Expr], right: Sequence[Expr]) -> list[list[SidesApart]]:
@@ -63,11 +79,13 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
     lowering = chain.lowering
     try:
         one, other = lowering.angle(a), lowering.angle(b)
-        if not (is_angle(one) or is_angle(other)):
+        if not (is_angle(lowering, one) or is_angle(lowering, other)):
             return None
         form = dict(one)
         for source, share in other.items():
             form[source] = form.get(source, Fraction(0)) - share
+        changing = [source for source, share in form.items() if share and isinstance(source, Expr)]
+        jumps = any(source.timed or symbols(source) for source in changing) and a.op != "atan2d"
         if "atan2d" not in (a.op, b.op):  # continuous: a whole multiple tells as much
             factor = math.lcm(*(share.denominator for source, share in form.items() if source is not None), 1)
             form = {source: share * factor for source, share in form.items()}
@@ -75,32 +93,35 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
     except NotAlgebraic:
         return None
     difference = chain.tower.sub(cosine, chain.tower.number(1))
-    return SidesApart(difference.top, None)
+    return SidesApart(difference.top, None, (a, b), jumps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """Whether a component was ``proved``, with its ``proof``; if it is ``broken`` at the pose; or ``why`` not."""
+    """Whether a component was ``proved``, with its ``proof`` (by which ``way``); if it is ``broken`` at the pose; or
+    ``why`` not.
+    """
 
     proved: bool
     proof: Proof
     broken: bool = False
     why: str = ""
+    way: SidesApart | None = None
 
 
-def tried(chain: Chain, ways: Sequence[SidesApart], most: int) -> Tried:
-    """Try to prove one component of a claim."""
+def tried(point: TowerPoint, ways: Sequence[SidesApart], most: int) -> Tried:
+    """Try to prove one component of a claim, on the branch of a pose."""
     why = ""
     broken = False
     for way in ways:
-        zero = Zero(chain.point, [way.top], Work(most))
+        zero = Zero(point, [way.top], Work(most))
         (p,) = zero.wanted
         if zero.clearly(p):
             broken = broken or way.whole is not None or len(ways) == 1
             continue
         try:
             if zero.vanishes(p):
-                return Tried(True, zero.proof)
+                return Tried(True, zero.proof, way=way)
             why = "no proof was found, although it holds at the pose to many digits"
         except TooMuch:
             why = f"a proof takes more than {most:,} products of terms"
@@ -162,7 +183,7 @@ def moved(chain: Chain, number: int) -> TowerPoint | None:
         return value + chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
 
     here = chain.point.drives
-    drives = Drives(here.time, here.film, here.turns, here.given, elsewhere)
+    drives = Drives(here.time, here.film, here.turns, here.given, elsewhere, constants=here.constants)
     point = TowerPoint(chain.tower, drives, dict(chain.point.signs))
     try:
         point.extend()
@@ -183,6 +204,24 @@ def amount(point: TowerPoint, way: SidesApart) -> Ball | None:
         return None
 
 
+def film_value(motion: SegmentMotion, tau: float, expression: Expr) -> float:
+    """A lowered expression at a pose of the film."""
+    from movimentum.solver.arithmetic.evaluation import Evaluator
+
+    state, numbers = state_at(motion, tau), arithmetic()
+
+    def leaf(node: Expr) -> Any:
+        if node.op == "clock":
+            return numbers.rationals([motion.segment.start + Fraction(tau) - node.start])
+        value = state[node.payload] if node.op == "symbol" and isinstance(node.payload, int) else None
+        if value is None or not math.isfinite(value):
+            raise NoBall
+        return numbers.rationals([Fraction(value)])
+
+    (found,) = Evaluator(numbers).values(list(walk(expression)), [expression], leaf)
+    return float(found[0])
+
+
 # --- constants
 
 
@@ -192,7 +231,7 @@ def constant_of(motion: SegmentMotion, tau: float, expression: Expr) -> Fraction
         sides = lowered(motion, [expression])
         chain = chain_of(motion, sides, tau, accelerated=None, given={})
         value = chain.lowering.value(sides[0])
-        chain.point.extend()
+        chain.point.settle()
         ball = balls.over(chain.point.at(value.top), chain.point.at(value.bottom))
         number = Fraction(ball[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
         ring = chain.tower.ring

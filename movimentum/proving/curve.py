@@ -13,7 +13,6 @@ import time
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import isqrt
-from random import Random
 from typing import Any
 
 from movimentum.proving.balls import BITS, ONE, NoBall, over
@@ -23,14 +22,18 @@ from movimentum.proving.rings import Polynomial
 from movimentum.proving.tower import FreeParameter, NotAlgebraic, Quotient, Root, Tower, Unit, Value
 from movimentum.records import dataclass
 
-SMALL_PRIME = 2_147_483_629
-"""A prime below 2^31 with remainder 1 modulo 4: products fit into 62 bits."""
+LARGEST_PRIME = 2_147_483_647
+"""2^31 - 1, with remainder 3 modulo 4 as all primes here: products fit into 62 bits, and roots are powers."""
 HIGHEST = 40
 PRIMES = 400
+TRIES = 20_000
+"""How many samples are tried at once,"""
+MISSES = 5
+"""and how often none of them may be one."""
 
 
 class Late(Exception):
-    """There was no time left."""
+    """There was no time left. Its text says what is known already, in a clause."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,15 +48,15 @@ class PathCurve:
 
 
 def primes() -> Iterator[int]:
-    """Primes below 2^31, downwards."""
+    """Primes below 2^31 that are 3 modulo 4, downwards."""
     import sympy as library
 
     sympy: Any = library
-    found = SMALL_PRIME + 2
+    found = LARGEST_PRIME
     while True:
-        found -= 2
         if sympy.isprime(found):
             yield found
+        found -= 4
 
 
 class Sampler:
@@ -73,52 +76,78 @@ class Sampler:
         self.steps = steps[::-1]
         self.x, self.y = x, y
 
-    def sample(self, prime: int, chance: Random) -> tuple[int, int] | None:
-        """A point, or None where a square has no root or a divisor is zero."""
-        values: dict[int, int] = {}
+    def sample(self, prime: int, count: int, chance: Any) -> Any | None:
+        """Points (n, 2), of ``count`` tries those at which each square has a root and no divisor is zero; None where a
+        constant's root is no number modulo this prime.
+        """
+        import numpy as np
+
+        values: dict[int, Any] = {}
+
+        def keep(good: Any) -> None:
+            for place, each in values.items():
+                values[place] = each[good]
+
+        def quotient(top: Any, bottom: Any) -> Any:
+            return top * power(bottom, prime - 2, prime) % prime
+
         for step in self.steps:
+            left = len(next(iter(values.values()))) if values else count
             match step:
                 case FreeParameter():
-                    values[step.place] = chance.randrange(prime)
+                    values[step.place] = chance.integers(1, prime, left)
                 case Unit():
-                    t = chance.randrange(prime)
-                    bottom = (1 + t * t) % prime
-                    if not bottom:
-                        return None
-                    inverse = pow(bottom, -1, prime)
-                    values[step.place] = (1 - t * t) * inverse % prime
-                    values[step.sine] = 2 * t * inverse % prime
+                    t = chance.integers(1, prime, left)
+                    bottom = (1 + t * t) % prime  # never zero: -1 has no root
+                    values[step.place] = quotient((1 - t * t) % prime, bottom)
+                    values[step.sine] = quotient(2 * t % prime, bottom)
                 case Value():
-                    bottom = self.at(step.bottom, values, prime)
-                    if not bottom:
-                        return None
-                    values[step.place] = self.at(step.top, values, prime) * pow(bottom, -1, prime) % prime
+                    keep(self.at(step.bottom, values, prime, left) != 0)
+                    left = len(next(iter(values.values()))) if values else count
+                    top, bottom = (self.at(each, values, prime, left) for each in (step.top, step.bottom))
+                    values[step.place] = quotient(top, bottom)
                 case Root():
-                    square = self.at(step.square, values, prime)
-                    found = root_modulo(square, prime)
-                    if found is None:
+                    square = self.at(step.square, values, prime, left)
+                    found = power(square, (prime + 1) // 4, prime)
+                    good = found * found % prime == square
+                    if step.constant and not good.all():
                         return None
-                    sign = 1 if step.constant or chance.random() < 0.5 else -1
-                    values[step.place] = sign * found % prime
+                    values[step.place] = found if step.constant else found * chance.choice((1, prime - 1), left) % prime
+                    keep(good)
                 case _:
                     raise TypeError(step)
-        spot: list[int] = []
-        for each in (self.x, self.y):
-            bottom = self.at(each.bottom, values, prime)
-            if not bottom:
-                return None
-            spot.append(self.at(each.top, values, prime) * pow(bottom, -1, prime) % prime)
-        return spot[0], spot[1]
+        left = len(next(iter(values.values()))) if values else count
+        spots = [(self.at(each.top, values, prime, left), self.at(each.bottom, values, prime, left))
+                 for each in (self.x, self.y)]  # fmt: skip
+        good = np.logical_and(*(bottom != 0 for _, bottom in spots))
+        return np.stack([quotient(top, bottom) for top, bottom in spots], axis=1)[good]
 
-    def at(self, p: Polynomial, values: dict[int, int], prime: int) -> int:
-        """A polynomial modulo a prime."""
-        total = 0
+    def at(self, p: Polynomial, values: dict[int, Any], prime: int, count: int) -> Any:
+        """(count,) a polynomial modulo a prime."""
+        import numpy as np
+
+        total = np.zeros(count, dtype=np.int64)
+        powers: dict[tuple[int, int], Any] = {}
         for n, d, factors in self.tower.sparse(p):
-            term = n if d == 1 else n * pow(d, -1, prime)
+            term = np.full(count, n * pow(d, -1, prime) % prime, dtype=np.int64)
             for place, exponent in factors:
-                term = term * pow(values[place], exponent, prime) % prime
+                if (place, exponent) not in powers:
+                    powers[place, exponent] = power(values[place], exponent, prime)
+                term = term * powers[place, exponent] % prime
             total += term
         return total % prime
+
+
+def power(values: Any, exponent: int, prime: int) -> Any:
+    """Powers modulo a prime."""
+    found, square = None, values
+    while exponent:
+        if exponent & 1:
+            found = square if found is None else found * square % prime
+        exponent >>= 1
+        if exponent:
+            square = square * square % prime
+    return found
 
 
 def _polynomials(step: Any) -> list[Polynomial]:
@@ -131,20 +160,6 @@ def _polynomials(step: Any) -> list[Polynomial]:
             return []
 
 
-def root_modulo(square: int, prime: int) -> int | None:
-    """A square root modulo a prime (Tonelli and Shanks, by SymPy)."""
-    if not square:
-        return 0
-    if pow(square, (prime - 1) // 2, prime) != 1:
-        return None
-    if prime % 4 == 3:
-        return pow(square, (prime + 1) // 4, prime)
-    from sympy.ntheory import residue_ntheory as library
-
-    theory: Any = library
-    return int(theory.sqrt_mod(square, prime))
-
-
 def monomials(degree: int) -> list[tuple[int, int]]:
     """Exponents of x and y, the highest total degrees first."""
     return [(total - j, j) for total in range(degree, -1, -1) for j in range(total + 1)]
@@ -155,28 +170,27 @@ class Finder:
 
     def __init__(self, sampler: Sampler, end: float) -> None:
         self.sampler, self.end = sampler, end
-        self.samples: dict[int, list[tuple[int, int]]] = {}
+        self.samples: dict[int, Any] = {}
 
-    def points(self, prime: int, count: int) -> Any:
-        """(count, 2) samples modulo a prime."""
+    def points(self, prime: int, count: int) -> Any | None:
+        """(count, 2) samples modulo a prime; None for a prime that does not suit the script's constants."""
         import numpy as np
 
-        chance = Random(prime)
-        found = self.samples.setdefault(prime, [])
-        chance = Random(prime + 7 * len(found))
+        chance = np.random.default_rng([prime, count])
+        found = self.samples.get(prime, np.zeros((0, 2), dtype=np.int64))
         misses = 0
         while len(found) < count:
             if time.monotonic() > self.end:
                 raise Late
-            spot = self.sampler.sample(prime, chance)
-            if spot is not None:
-                found.append(spot)
-                misses = 0
-            else:
-                misses += 1
-                if misses > 5000:
-                    raise NotAlgebraic("its mechanism has no positions to sample")
-        return np.array(found[:count], dtype=np.int64)
+            more = self.sampler.sample(prime, TRIES, chance)
+            if more is None:
+                return None
+            misses += not len(more)
+            if misses > MISSES:
+                raise NotAlgebraic("its mechanism has no positions to sample")
+            found = np.concatenate([found, more])
+        self.samples[prime] = found
+        return found[:count]
 
     def kernel(self, degree: int, prime: int) -> list[int] | None:
         """The coefficients of the form of this degree that is zero on all samples, the first of them that is not zero
@@ -185,44 +199,46 @@ class Finder:
         import numpy as np
 
         exponents = monomials(degree)
-        count = 2 * len(exponents) + 20  # several branches share them
+        count = len(exponents) * 5 // 4 + 20  # several branches share them
         spots = self.points(prime, count)
+        if spots is None:
+            return None
         powers = [np.ones((count, 2), dtype=np.int64)]
         for _ in range(degree):
             powers.append(powers[-1] * spots % prime)
         matrix = np.stack([powers[i][:, 0] * powers[j][:, 1] % prime for i, j in exponents], axis=1)
         pivots: list[int] = []
-        row = 0
         for column in range(len(exponents)):
             if time.monotonic() > self.end:
                 raise Late
+            row = len(pivots)
             places = np.nonzero(matrix[row:, column])[0]
             if not len(places):
                 continue
             k = row + int(places[0])
             matrix[[row, k]] = matrix[[k, row]]
             matrix[row] = matrix[row] * pow(int(matrix[row, column]), -1, prime) % prime
-            others = np.nonzero(matrix[:, column])[0]
-            others = others[others != row]
-            matrix[others] = (matrix[others] - matrix[others, column][:, None] * matrix[row][None]) % prime
+            below = matrix[row + 1 :, column:]
+            below -= below[:, :1] * matrix[row, column:] % prime
+            below %= prime
             pivots.append(column)
-            row += 1
         free = [column for column in range(len(exponents)) if column not in set(pivots)]
         if not free:
             return None
-        last = free[-1]
-        found = [0] * len(exponents)
-        found[last] = 1
-        for k, column in enumerate(pivots):
-            found[column] = int(-matrix[k, last] % prime)
+        values = np.zeros(len(exponents), dtype=np.int64)
+        values[free[-1]] = 1
+        for k in reversed(range(len(pivots))):
+            values[pivots[k]] = -np.sum(matrix[k, pivots[k] + 1 :] * values[pivots[k] + 1 :] % prime) % prime
+        found = [int(value) for value in values]
         leading = next(value for value in found if value)
         inverse = pow(leading, -1, prime)
         return [value * inverse % prime for value in found]
 
     def degree(self) -> int:
         """The smallest degree of an equation."""
+        prime = next(each for each in primes() if self.points(each, 1) is not None)
         for degree in range(1, HIGHEST + 1):
-            if self.kernel(degree, SMALL_PRIME) is not None:
+            if self.kernel(degree, prime) is not None:
                 return degree
         raise NotAlgebraic(f"its path has no equation of a degree up to {HIGHEST}")
 
@@ -351,7 +367,10 @@ def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: f
     finder = Finder(Sampler(chain.point, x, y), end)
     degree = finder.degree()
     X, Y = sympy.symbols("x y")
-    coefficients = finder.coefficients(degree)
+    try:
+        coefficients = finder.coefficients(degree)
+    except Late as error:
+        raise Late(f"its degree is {degree}, with the other assemblies'") from error
     terms = {
         each: sympy.Rational(value.numerator, value.denominator)
         for each, value in zip(monomials(degree), coefficients, strict=True)

@@ -55,10 +55,12 @@ class RowGroup:
         ring = self.tower.ring
         best: tuple[tuple[int, int], int, int, dict[int, Polynomial]] | None = None
         for k, row in enumerate(self.rows):
-            unsolved = self._unsolved(row)
-            for place in unsolved:
+            degrees = ring.degrees(row)
+            for place in self.open:
+                if degrees[place] != 1:
+                    continue
                 parts = ring.split(row, place)
-                if max(parts) != 1 or self._unsolved(parts[1]):
+                if self._unsolved(parts[1]):
                     continue
                 if constant and (ring.constant(parts[1]) is None):
                     continue
@@ -80,7 +82,11 @@ class RowGroup:
 
     def _value(self, place: int, top: Polynomial, bottom: Polynomial, condition: str) -> Value:
         quotient = self.tower.made(top, bottom)
-        told = "" if self.tower.ring.constant(quotient.bottom) is not None else condition.format(self.where([place]))
+        told = ""
+        if self.tower.ring.constant(bottom) is None:
+            told = condition.format(self.where([place]))
+            if quotient.bottom == self.tower.ring.one:  # it was divided out
+                self.tower.assumed.append(bottom)
         return Value(place, quotient.top, quotient.bottom, told)
 
     def replaced(self, row: Polynomial, place: int, top: Polynomial, bottom: Polynomial) -> Polynomial:

@@ -14,9 +14,12 @@ from fractions import Fraction
 from movimentum.expressions import RADIANS, Expr, symbols
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
+from movimentum.tolerances import GUESSED_DIRECTION
 
 HIGHEST = 24
 """The largest multiple of an angle that is written in that of its unit: 30 and 30.001 have none in common."""
+GUESSED = 1000
+"""The largest denominator of degrees that a direction is looked for at."""
 CLOCK, DEGREE = "clock", "degree"
 
 Form = dict[Hashable, Fraction]
@@ -36,7 +39,8 @@ WORDS = {
 class Lowering:
     """Lowers expressions into a ``tower``. ``known``: unknowns with their quotients; ``forms``: those that are angles;
     ``vectors``: the directions of angles that the mechanism finds. ``bases``: of which share of a source all multiples
-    are taken. ``requests``: the shares that were asked for.
+    are taken. ``requests``: the shares that were asked for. ``loose``: a function of time alone that would be long is a
+    free parameter, too (and ``loosened`` then): what is proved so is proved for more.
     """
 
     tower: Tower
@@ -47,6 +51,8 @@ class Lowering:
     forms: dict[int, Form] = field(default_factory=dict[int, Form])
     vectors: dict[Hashable, Callable[[], Vector]] = field(default_factory=dict[Hashable, "Callable[[], Vector]"])
     shown: dict[Hashable, Vector] = field(default_factory=dict[Hashable, Vector])
+    loose: bool = False
+    loosened: bool = False
     memo: dict[int, tuple[Expr, Quotient]] = field(default_factory=dict[int, "tuple[Expr, Quotient]"])
 
     # --- numbers
@@ -55,8 +61,21 @@ class Lowering:
         """An expression; `NotAlgebraic` where it is none of these."""
         found = self.memo.get(id(node))
         if found is None:
-            found = self.memo[id(node)] = node, self._value(node)
+            value = self._value(node)
+            if self.loose and node.timed and not symbols(node) and self._long(value):
+                self.loosened = True
+                value = self.tower.free(node)
+            found = self.memo[id(node)] = node, value
         return found[1]
+
+    def _long(self, value: Quotient) -> bool:
+        """Whether a function of time has products of what time tells; a circle's x and y have none."""
+        tower = self.tower
+        constants = tower.constants
+        return not tower.ring.occurring(value.bottom) <= constants or any(
+            sum(power for place, power in enumerate(powers) if place not in constants) > 1
+            for powers, _ in tower.ring.terms(value.top)
+        )
 
     def _value(self, node: Expr) -> Quotient:
         tower, args = self.tower, node.args
@@ -136,7 +155,7 @@ class Lowering:
         raise NotAlgebraic(f"a power of {node.exponent:g} is not algebraic enough for a proof")
 
     def _opaque(self, node: Expr) -> Quotient:
-        if node.op == "atan2d" and (degrees := self._eighths(node)) is not None:
+        if node.op == "atan2d" and (degrees := self._degrees(node)) is not None:
             return self.tower.number(degrees)
         if not symbols(node) and node.op not in ("integral", "derivative", "reduction"):
             return self.tower.free(node)  # time alone tells it, or a constant
@@ -155,7 +174,7 @@ class Lowering:
                 if node.origin is None or node.origin.op in ("symbol", "sqrt", "pow"):
                     return {node: Fraction(1)}
                 return self.angle(node.origin)
-            case "atan2d" if (degrees := self._eighths(node)) is not None:
+            case "atan2d" if (degrees := self._degrees(node)) is not None:
                 return {None: degrees}
             case "symbol" if isinstance(node.payload, int):
                 return self.forms.get(node.payload, {node.payload: Fraction(1)})
@@ -167,10 +186,10 @@ class Lowering:
                 return _sum({}, self.angle(args[0]), Fraction(-1))
             case "mul" | "div":
                 return self._multiple(node)
-            case "atan2d" if symbols(node):
+            case "atan2d" if symbols(node) or not node.timed:
                 self.vectors.setdefault(node, lambda: self._direction(node))
                 return {node: Fraction(1)}
-            case "asind" | "acosd" | "atand" if symbols(node):
+            case "asind" | "acosd" | "atand" if symbols(node) or not node.timed:
                 self.vectors.setdefault(node, lambda: self._inverse(node))
                 return {node: Fraction(1)}
             case _ if symbols(node):
@@ -188,12 +207,24 @@ class Lowering:
             return None
         return self.tower.ring.constant(found.top) if found.bottom == self.tower.ring.one else None
 
-    def _eighths(self, node: Expr) -> Fraction | None:
-        """The degrees of a direction that is a multiple of 45."""
-        y, x = (self._rational(arg) for arg in node.args)
-        if y is None or x is None or (y and x and abs(y) != abs(x)):
+    def _degrees(self, node: Expr) -> Fraction | None:
+        """The rational number of degrees that a constant direction is: guessed from its digits, and then proved by a
+        cross product that is zero. None where it is no such number.
+        """
+        if symbols(node) or node.timed:
             return None
-        return Fraction(round(math.degrees(math.atan2((y > 0) - (y < 0), (x > 0) - (x < 0)))))
+        try:
+            y, x = (self.value(arg) for arg in node.args)
+            near = math.degrees(math.atan2(*(number_of(arg) for arg in node.args)))
+            guess = Fraction(near).limit_denominator(GUESSED)
+            if abs(float(guess) - near) > GUESSED_DIRECTION:
+                return None
+            c, s = self.vector({None: guess})
+        except (NotAlgebraic, ValueError):
+            return None
+        tower = self.tower
+        crossed = tower.sub(tower.mul(y, c), tower.mul(x, s))
+        return guess if crossed.top == tower.ring.zero and (x.top, y.top) != (tower.ring.zero,) * 2 else None
 
     def _multiple(self, node: Expr) -> Form:
         first, second = node.args
@@ -217,20 +248,27 @@ class Lowering:
         return total
 
     def _exact(self, degrees: Fraction) -> Vector:
+        """The direction of a number of degrees: a quarter turn or more, exactly, and what is left; of that a twelfth of
+        a turn, too, where it is a high multiple of the unit that is taken.
+        """
         tower = self.tower
-        degrees %= 360
-        if degrees % 15:
-            return self._share(DEGREE, degrees)
-        quarters, rest = divmod(int(degrees), 90)
-        two, three = (tower.sqrt(tower.number(k)) for k in (2, 3))
+        rest = (degrees + 45) % 90 - 45
+        if rest % 15:
+            if abs(rest) > HIGHEST * self.bases.get(DEGREE, abs(rest)):
+                rest = (degrees + 15) % 30 - 15
+            return self._turned(self._exact(degrees - rest), self._share(DEGREE, rest))
+        quarters, rest = divmod(int(degrees % 360), 90)
         half = tower.number(Fraction(1, 2))
         found: Vector = (tower.number(1), tower.number(0))
         if rest % 30 == 15:
-            found = tower.mul(two, half), tower.mul(two, half)
+            long = tower.mul(tower.sqrt(tower.number(2)), half)
+            found = long, long
             rest -= 45
-        sixth: Vector = (tower.mul(three, half), half if rest > 0 else tower.negative(half))
-        for _ in range(abs(rest) // 30):
-            found = self._turned(found, sixth)
+        if rest:
+            long = tower.mul(tower.sqrt(tower.number(3)), half)
+            sixth: Vector = (long, half if rest > 0 else tower.negative(half))
+            for _ in range(abs(rest) // 30):
+                found = self._turned(found, sixth)
         for _ in range(quarters):
             found = tower.negative(found[1]), found[0]
         return found
@@ -238,6 +276,13 @@ class Lowering:
     def _share(self, source: Hashable, share: Fraction) -> Vector:
         amount = abs(share)
         vector = self.vectors.get(source)
+        if isinstance(source, Expr) and not symbols(source) and vector is not None:
+            if share.denominator == 2:
+                half = ("half", source)
+                self.vectors.setdefault(half, lambda: self._half(source))
+                return self._share(half, 2 * share)
+            if share.denominator != 1 or amount > HIGHEST:
+                vector = None  # a part of a constant angle is a constant, too
         if vector is None:
             self.requests.setdefault(source, set()).add(amount)
             base = self.bases.get(source, amount)
@@ -267,6 +312,13 @@ class Lowering:
         length = tower.sqrt(tower.add(tower.mul(x, x), tower.mul(y, y)))
         return tower.div(x, length), tower.div(y, length)
 
+    def _half(self, source: Expr) -> Vector:
+        """The direction of half of an inverse function's value, which is between -180° and 180°."""
+        tower = self.tower
+        c, s = self.vector({source: Fraction(1)})
+        cosine = tower.sqrt(tower.mul(tower.add(tower.number(1), c), tower.number(Fraction(1, 2))))
+        return cosine, tower.div(s, tower.mul(tower.number(2), cosine))
+
     def _inverse(self, node: Expr) -> Vector:
         tower = self.tower
         a, one = self.value(node.args[0]), tower.number(1)
@@ -275,6 +327,16 @@ class Lowering:
             return tower.div(one, length), tower.div(a, length)
         other = tower.sqrt(tower.sub(one, tower.mul(a, a)))
         return (other, a) if node.op == "asind" else (a, other)
+
+
+def number_of(node: Expr) -> float:
+    """The value of a constant expression; `ValueError` where it is none."""
+    from movimentum.expressions import substitute
+
+    value = node.value if node.op == "const" else substitute(node, lambda _: None).value
+    if value is None:
+        raise ValueError
+    return value
 
 
 def _sum(a: Form, b: Form, factor: Fraction) -> Form:
@@ -291,6 +353,7 @@ def common_bases(requests: dict[Hashable, set[Fraction]]) -> dict[Hashable, Frac
         if len(shares) > 1:
             denominator = math.lcm(*(share.denominator for share in shares))
             base = Fraction(math.gcd(*(int(share * denominator) for share in shares)), denominator)
-            if max(shares) / base <= HIGHEST:
+            split = source == DEGREE and 30 % base == 0 and 15 / base <= HIGHEST  # see `Lowering._exact`
+            if split or max(shares) / base <= HIGHEST:
                 found[source] = base
     return found

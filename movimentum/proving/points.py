@@ -11,8 +11,12 @@ from movimentum.proving import balls
 from movimentum.proving.balls import BITS, Ball, NoBall
 from movimentum.proving.lowering import CLOCK, DEGREE
 from movimentum.proving.rings import Polynomial
-from movimentum.proving.tower import FreeParameter, Root, Step, Tower, Unit, Value
+from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, Tower, Unit, Value
 from movimentum.records import dataclass, field
+from movimentum.tolerances import CLEAR_OF_ROUNDING, FILM_POSE
+
+SIGN_TOLD = 4
+"""A root's sign is known where the film agrees with its size to a quarter."""
 
 DIGITS = BITS * 3 // 10 + 20
 
@@ -23,6 +27,7 @@ class Drives:
 
     ``film``: floats of the variables that are unknowns of the mechanism, at a pose of the film. ``turns``: angles in
     degrees, floats. ``given``: constants that are left open. ``moved``: chooses other values for what may be chosen.
+    ``constants``: those that are known already, of all poses.
     """
 
     time: Fraction
@@ -31,6 +36,7 @@ class Drives:
     given: Mapping[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
     moved: Callable[[float], float] | None = None
     values: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
+    constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
 
     def value(self, source: Hashable) -> Any:
         """A source's value, a number of mpmath's."""
@@ -49,7 +55,9 @@ class Drives:
             value = self.given[source]
             return number(value.numerator) / value.denominator
         if isinstance(source, Expr) and not source.timed:
-            return self._evaluated(source)
+            if source not in self.constants:
+                self.constants[source] = self._evaluated(source)
+            return self.constants[source]
         exact: Any
         if source == CLOCK:
             exact = number(self.time.numerator) / self.time.denominator
@@ -59,7 +67,10 @@ class Drives:
             exact = number(self.film[source[1]])  # pyright: ignore
         else:
             key = source[1] if isinstance(source, tuple) else source  # pyright: ignore
-            exact = number(self.turns(key) or 0.0)  # pyright: ignore
+            turn = self.turns(key)  # pyright: ignore
+            if turn is None:
+                raise NotAlgebraic("an angle that the mechanism finds is used as a number")
+            exact = number(turn)
         return exact if self.moved is None else number(self.moved(float(exact)))
 
     def _evaluated(self, node: Expr) -> Any:
@@ -95,7 +106,9 @@ _ARITHMETIC: list[Any] = []
 
 @dataclass(slots=True, eq=False)
 class TowerPoint:
-    """A pose: the variables of ``tower`` by place. ``signs``: of each root, by its place."""
+    """A pose: the variables of ``tower`` by place. ``signs``: of each root, by its place. ``settled``: the tower is
+    complete, so that nothing is taken from the film but parameters and signs.
+    """
 
     tower: Tower
     drives: Drives
@@ -103,6 +116,8 @@ class TowerPoint:
     values: dict[int, Ball] = field(default_factory=dict[int, Ball])
     powers: dict[tuple[int, int], Ball] = field(default_factory=dict[tuple[int, int], Ball])
     done: int = 0
+    compared: int = -1
+    settled: bool = False
 
     def value(self, place: int) -> Ball:
         """A variable's ball."""
@@ -111,7 +126,10 @@ class TowerPoint:
             self.extend()
             found = self.values.get(place)
             if found is None:  # not solved yet: as in the film
-                return balls.ball(Fraction(self.drives.film[place]))
+                film = None if self.settled else self.drives.film.get(place)
+                if film is None:
+                    raise NotAlgebraic("its equations are no chain")
+                return balls.ball(Fraction(film))
         return found
 
     def at(self, p: Polynomial) -> Ball:
@@ -123,9 +141,10 @@ class TowerPoint:
         while self.done < len(self.tower.steps):
             step = self.tower.steps[self.done]
             self.done += 1
-            self._take(step)
+            self.take(step)
 
-    def _take(self, step: Step) -> None:
+    def take(self, step: Step) -> None:
+        """Compute one step."""
         match step:
             case FreeParameter():
                 self.values[step.place] = balls.around(self.drives.value(step.source))
@@ -139,10 +158,10 @@ class TowerPoint:
                 self.values[step.place] = balls.over(self.at(step.top), self.at(step.bottom))
             case Root():
                 root = balls.root(self.at(step.square))
-                sign = self._sign(step)
+                sign = self._sign(step, root[0])
                 self.values[step.place] = root if sign > 0 else (-root[0], root[1])
 
-    def _sign(self, step: Root) -> int:
+    def _sign(self, step: Root, size: int) -> int:
         if step.constant:
             return 1
         if step.witness is None:
@@ -151,13 +170,33 @@ class TowerPoint:
         sign = self.signs.get(step.place)
         if sign is None:
             film = self.drives.film
-            middle = balls.evaluated(
+            middle, _ = balls.evaluated(
                 self.tower.sparse(step.witness),
                 lambda place: balls.ball(Fraction(film[place])) if place in film else self.value(place),
                 {},
             )
-            sign = self.signs[step.place] = 1 if middle[0] > 0 else -1
+            if abs(abs(middle) - size) * SIGN_TOLD > size:
+                raise NoBall  # the film is too near to where the two roots meet
+            sign = self.signs[step.place] = 1 if middle > 0 else -1
         return sign
+
+    def settle(self) -> None:
+        """Compute all steps, and compare them with the film; `NoBall` where they are not the same pose."""
+        self.extend()
+        if self.compared == self.done:
+            return
+        for place, film in self.drives.film.items():
+            found = self.values.get(place)
+            if found is not None and abs(balls.as_float(found) - film) > FILM_POSE * max(1.0, abs(film)):
+                raise NoBall
+        if not all(self.clearly(p) for p in self.tower.assumed):
+            raise NoBall
+        self.compared = self.done
+
+    def present(self, p: Polynomial) -> bool:
+        """Whether a polynomial is no zero function, as far as the film's rounded positions tell."""
+        middle, radius, largest = balls.with_largest(self.tower.sparse(p), self.value, self.powers)
+        return abs(middle) > max(radius, largest >> CLEAR_OF_ROUNDING)
 
     def clearly(self, p: Polynomial) -> bool:
         """Whether a polynomial is proved not to be zero here."""

@@ -6,14 +6,20 @@ library found it. Work is counted in products of terms, which are the same in bo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from movimentum.cancellation import look
+
 Exponents = tuple[int, ...]
 Polynomial = Any
 """A polynomial of one of the libraries: Python's +, -, *, ** and == work."""
+
+
+TAYLOR = 6
+"""Up to this degree flint splits a polynomial by its derivatives."""
 
 
 class TooMuch(Exception):
@@ -28,6 +34,7 @@ class Work:
 
     def count(self, amount: int) -> None:
         """Some more."""
+        look()  # does anybody still wait?
         self.done += amount
         if self.done > self.most:
             raise TooMuch
@@ -100,16 +107,22 @@ class Ring:
 
     def constant(self, p: Polynomial) -> Fraction | None:
         """The number that p is; None where a variable occurs."""
+        if len(p) > 1:
+            return None
         if p == self.zero:
             return Fraction(0)
-        terms = list(self.terms(p))
-        return rational(terms[0][1]) if len(terms) == 1 and not any(terms[0][0]) else None
+        ((exponents, coefficient),) = self.terms(p)
+        return None if any(exponents) else rational(coefficient)
+
+    def coefficients(self, p: Polynomial) -> Iterable[Any]:
+        """The coefficients alone."""
+        return [coefficient for _, coefficient in self.terms(p)]
 
     def primitive(self, p: Polynomial) -> Polynomial:
         """p times a number, so that its coefficients are whole numbers without a common divisor."""
         from math import gcd, lcm
 
-        numbers = [(int(c.numerator), int(c.denominator)) for _, c in self.terms(p)]
+        numbers = [(int(c.numerator), int(c.denominator)) for c in self.coefficients(p)]
         if not numbers:
             return p
         factor = Fraction(lcm(*(d for _, d in numbers)), gcd(*(n for n, _ in numbers)))
@@ -117,8 +130,6 @@ class Ring:
 
     def without_squares(self, p: Polynomial, place: int, square: Polynomial) -> Polynomial:
         """p with ``square`` in place of the square of a variable."""
-        if self.degrees(p)[place] < 2:
-            return p
         found, powers = self.zero, [self.one]
         for power, part in sorted(self.split(p, place).items()):
             while len(powers) <= power // 2:
@@ -126,6 +137,19 @@ class Ring:
             term = self.times(part, powers[power // 2])
             found = found + (self.times(term, self.variable(place)) if power % 2 else term)
         return found
+
+    def reduced(self, p: Polynomial, squares: Sequence[tuple[int, Polynomial]]) -> Polynomial:
+        """p with all ``squares`` of variables (by place) replaced, one after the other."""
+        if p == self.zero or not squares:
+            return p
+        degrees = self.degrees(p)
+        for place, square in squares:
+            if degrees[place] > 1:
+                p = self.without_squares(p, place, square)
+                if p == self.zero:
+                    return p
+                degrees = self.degrees(p)
+        return p
 
     def root(self, p: Polynomial) -> Polynomial | None:
         """A square root, where p is the square of a polynomial."""
@@ -250,10 +274,33 @@ class FlintRing(Ring):
         """See `Ring`."""
         return p.to_dict().items()
 
+    def coefficients(self, p: Polynomial) -> Iterable[Any]:
+        """See `Ring`."""
+        return p.coeffs()
+
+    def split(self, p: Polynomial, place: int) -> dict[int, Polynomial]:
+        """See `Ring`: low degrees by Taylor's formula, which does not look at each term in Python."""
+        if self.degrees(p)[place] > TAYLOR:
+            return super().split(p, place)
+        parts: dict[int, Polynomial] = {}
+        power, factor, rest = 0, 1, p
+        while rest != self.zero:
+            constant = rest.subs({place: 0})
+            if constant != self.zero:
+                parts[power] = constant if factor == 1 else constant * self.number(Fraction(1, factor))
+            rest = rest.derivative(place)
+            power += 1
+            factor *= power
+        return parts
+
     def divided(self, p: Polynomial, q: Polynomial) -> Polynomial | None:
         """See `Ring`."""
-        found, rest = divmod(p, q)
-        return found if rest == self.zero else None
+        from flint.utils.flint_exceptions import DomainError
+
+        try:
+            return p / q
+        except DomainError:
+            return None
 
     def common(self, p: Polynomial, q: Polynomial) -> Polynomial:
         """See `Ring`."""

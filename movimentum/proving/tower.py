@@ -6,12 +6,13 @@ of polynomials in earlier ones, or the square root of one.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from fractions import Fraction
+from math import prod
 from typing import Any
 
 from movimentum.proving.balls import Sparse, sparse
-from movimentum.proving.rings import Polynomial, Ring, root_of
+from movimentum.proving.rings import Polynomial, Ring, rational, root_of
 from movimentum.records import dataclass, field
 
 
@@ -34,6 +35,16 @@ class FreeParameter:
     place: int
     source: Hashable
 
+    @property
+    def places(self) -> tuple[int, ...]:
+        """The variables that it makes."""
+        return (self.place,)
+
+    @property
+    def parts(self) -> tuple[Polynomial, ...]:
+        """The polynomials of which they are made."""
+        return ()
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unit:
@@ -44,6 +55,16 @@ class Unit:
     source: Hashable
     share: Fraction
 
+    @property
+    def places(self) -> tuple[int, ...]:
+        """See `FreeParameter`."""
+        return self.place, self.sine
+
+    @property
+    def parts(self) -> tuple[Polynomial, ...]:
+        """See `FreeParameter`."""
+        return ()
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Value:
@@ -53,6 +74,16 @@ class Value:
     top: Polynomial
     bottom: Polynomial
     condition: str
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """See `FreeParameter`."""
+        return (self.place,)
+
+    @property
+    def parts(self) -> tuple[Polynomial, ...]:
+        """See `FreeParameter`."""
+        return self.top, self.bottom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +100,16 @@ class Root:
     choice: str = ""
     constant: bool = False
 
+    @property
+    def places(self) -> tuple[int, ...]:
+        """See `FreeParameter`."""
+        return (self.place,)
+
+    @property
+    def parts(self) -> tuple[Polynomial, ...]:
+        """See `FreeParameter`."""
+        return (self.square,) if self.over is None else (self.square, self.over)
+
 
 Step = FreeParameter | Unit | Value | Root
 
@@ -77,15 +118,20 @@ Step = FreeParameter | Unit | Value | Root
 class Tower:
     """``steps`` in order over the first ``used`` variables of ``ring``; ``roots`` are those that are roots.
     ``made_from``: what sources have become. ``squares``: what squares of variables are, polynomials in others.
+    ``assumed``: polynomials that were divided by or out, and so must not be zero at the pose. ``given``: the values of
+    constants that are left open; ``signs_kept``: whether it matters that they keep their signs.
     """
 
     ring: Ring
+    given: Mapping[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
+    signs_kept: bool = False
     steps: list[Step] = field(default_factory=list[Step])
     used: int = 0
     roots: list[Root] = field(default_factory=list[Root])
     made_from: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
 
     squares: dict[int, Polynomial] = field(default_factory=dict[int, Polynomial])
+    assumed: list[Polynomial] = field(default_factory=list[Polynomial])
     read: dict[int, tuple[Polynomial, Sparse]] = field(default_factory=dict[int, "tuple[Polynomial, Sparse]"])
 
     def sparse(self, p: Polynomial) -> Sparse:
@@ -94,6 +140,34 @@ class Tower:
         if found is None:
             found = self.read[id(p)] = p, sparse(self.ring, p)
         return found[1]
+
+    # --- order
+
+    def arrange(self) -> None:
+        """Put the steps into an order in which each uses earlier ones only; `NotAlgebraic` where there is none."""
+        owner = {place: step for step in self.steps for place in step.places}
+        done: dict[Step, None] = {}
+        begun: set[Step] = set()
+
+        def take(step: Step) -> None:
+            if step in done:
+                return
+            if step in begun:
+                raise NotAlgebraic("its equations are no chain")
+            begun.add(step)
+            for place in sorted(set[int]().union(*map(self.ring.occurring, step.parts))):
+                if place not in owner:
+                    raise NotAlgebraic("its equations are no chain")
+                if owner[place] is not step:
+                    take(owner[place])
+            done[step] = None
+
+        for step in self.steps:
+            take(step)
+        self.steps = list(done)
+        self.squares = {
+            place: self.squares[place] for step in self.steps for place in step.places if place in self.squares
+        }
 
     # --- variables
 
@@ -171,9 +245,7 @@ class Tower:
 
     def reduced(self, p: Polynomial) -> Polynomial:
         """p with the squares of variables replaced that are known, the last ones first."""
-        for place, square in reversed(self.squares.items()):
-            p = self.ring.without_squares(p, place, square)
-        return p
+        return self.ring.reduced(p, list(reversed(self.squares.items())))
 
     def add(self, a: Quotient, b: Quotient) -> Quotient:
         """a + b."""
@@ -216,12 +288,42 @@ class Tower:
         number = ring.constant(square)
         if number is not None:
             return self.div(self._root_of_number(number), self.whole(a.bottom))
+        length = self._length_of_given(square, a.bottom)
+        if length is not None:
+            return self.made(length, a.bottom)
         for root in self.roots:
             if root.square == square and root.witness is None and root.over == a.bottom:
                 return self.made(ring.variable(root.place), a.bottom)
         step = Root(self.new(), square, over=a.bottom)
         self._add(step)
         return self.made(ring.variable(step.place), a.bottom)
+
+    @property
+    def constants(self) -> set[int]:
+        """The variables that are roots of numbers, or constants that are left open."""
+        found = {root.place for root in self.roots if root.constant}
+        return found.union(
+            *(self.ring.occurring(self.made_from[each].top) for each in self.given if each in self.made_from)
+        )
+
+    def _length_of_given(self, square: Polynomial, over: Polynomial) -> Polynomial | None:
+        """The root of the square of a polynomial in constants that are left open: of two the one that is not negative
+        divided by ``over``.
+        """
+        ring = self.ring
+        known = [(self.made_from[each].top, value) for each, value in self.given.items() if each in self.made_from]
+        places = {place: value for top, value in known for place in ring.occurring(top)}
+        if not ring.occurring(square) | ring.occurring(over) <= places.keys() or (root := ring.root(square)) is None:
+            return None
+
+        def value(p: Polynomial) -> Fraction:
+            return sum(
+                (rational(c) * prod(places[k] ** int(e) for k, e in enumerate(es) if e) for es, c in ring.terms(p)),
+                Fraction(),
+            )
+
+        self.signs_kept = True
+        return root if value(root) * value(over) > 0 else -root
 
     def _add(self, step: Root) -> None:
         self.steps.append(step)

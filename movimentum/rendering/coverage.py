@@ -29,7 +29,7 @@ _SNAP = 65536.0  # parts of a pixel: what is the same but for rounding has the s
 _FAINT = 64  # levels: of a shape with no more, rounding changes the ink; so what a pixel loses is given to the next
 _WHOLE = float(1 << 24)  # parts of a pixel's area, of which sums are exact
 _SMALL = 4096  # pixels of a box that is computed as a whole
-_AT_ONCE = 4_000_000  # pixels of boxes that are computed together
+_AT_ONCE = 500_000  # pixels of boxes that are computed together: of more, the processor's cache does not hold the edges
 STRIP = 32  # rows of the canvas that are computed and laid over it together: a diagonal's box is nearly empty
 
 

@@ -13,13 +13,14 @@ import io
 import math
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
+from movimentum.geometry import Affine
 from movimentum.records import dataclass
 from movimentum.rendering.affines import transform_of
 from movimentum.source import drawing_file
@@ -267,6 +268,13 @@ def _length(text: str | None) -> float | None:
     return value if value > 0.0 else None
 
 
+def length_of(text: str) -> float:
+    """A length in pixels; nan for what depends on something else (a percentage) or is none."""
+    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*", text)
+    unit = None if match is None else _UNITS.get(match[2].lower())
+    return math.nan if match is None or unit is None else float(match[1]) * unit
+
+
 def view_box(root: ET.Element) -> tuple[float, float, float, float] | None:
     """The rectangle that an SVG shows, if it says so."""
     numbers = [_number(part) for part in re.split(r"[\s,]+", (root.get("viewBox") or "").strip())]
@@ -320,13 +328,23 @@ def cut(made: Drawing2D, name: str | None, width: int, height: int) -> str:
     return ET.tostring(sheet, encoding="unicode")
 
 
+def tag_of(element: ET.Element) -> str:
+    """An element's word, such as ``path``."""
+    return _tag(element)
+
+
+def number_of(element: ET.Element, name: str) -> float:
+    """A length that an attribute states; 0 without it."""
+    return (_length(element.get(name)) or _number(element.get(name) or "0")) if element.get(name) else 0.0
+
+
 def centre_by_shape(made: Drawing2D, element: ET.Element) -> tuple[float, float] | None:
     """The centre of a circle, an ellipse, a rectangle or a line in the drawing's pixels, y down; None where its shape
     or what is around it does not tell.
     """
 
     def value(name: str) -> float:
-        return (_length(element.get(name)) or _number(element.get(name) or "0")) if element.get(name) else 0.0
+        return number_of(element, name)
 
     match _tag(element):
         case "circle" | "ellipse":
@@ -337,24 +355,32 @@ def centre_by_shape(made: Drawing2D, element: ET.Element) -> tuple[float, float]
             point = (value("x1") + value("x2")) / 2.0, (value("y1") + value("y2")) / 2.0
         case _:
             return None
+    place = placed(made, element)
+    point = None if place is None else place(*point)
+    return point if point is not None and all(map(math.isfinite, point)) else None
+
+
+def placed(made: Drawing2D, element: ET.Element) -> Callable[[float, float], tuple[float, float]] | None:
+    """From an element's own coordinates to the drawing's pixels, y down; None where what is around it does not tell."""
+    found = Affine(1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     here: ET.Element | None = element
     while here is not None and here is not made.root:
         place = transform_of(here.get("transform") or "")
         if place is None or "transform" in (here.get("style") or "") or _tag(here) not in ("g", "a", _tag(element)):
             return None
-        point = place.apply(*point)
+        found = place @ found
         here = made.above.get(here)
     box = view_box(made.root)
     if any("transform" in (style.text or "") for style in made.root.iter(f"{_SVG}style")) or made.root.get("transform"):
         return None
-    if box is not None:
-        wide, high = made.width / box[2], made.height / box[3]
-        if abs(wide - high) > SAME_SCALE * wide and (made.root.get("preserveAspectRatio") or "").strip() not in (
-            "",
-            "xMidYMid",
-        ):
-            return None
-        unit = min(wide, high)
-        x, y = (made.width - unit * box[2]) / 2.0, (made.height - unit * box[3]) / 2.0
-        point = x + unit * (point[0] - box[0]), y + unit * (point[1] - box[1])
-    return point if all(map(math.isfinite, point)) else None
+    if box is None:
+        return found.apply
+    wide, high = made.width / box[2], made.height / box[3]
+    if abs(wide - high) > SAME_SCALE * wide and (made.root.get("preserveAspectRatio") or "").strip() not in (
+        "",
+        "xMidYMid",
+    ):
+        return None
+    unit = min(wide, high)
+    x, y = (made.width - unit * box[2]) / 2.0, (made.height - unit * box[3]) / 2.0
+    return (Affine(unit, 0.0, x - unit * box[0], 0.0, unit, y - unit * box[1]) @ found).apply

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,37 +10,52 @@ from numpy.typing import NDArray
 
 from movimentum import geometry
 from movimentum.drawing.model import (
+    BodyMark,
     DiscMark,
     FigureMark,
     FreeArrow,
+    ImageMark,
     LinkMark,
     NoteMark,
+    Paint,
     Point,
     PolylineMark,
     SymbolMark,
     TextMark,
 )
-from movimentum.drawing.motion import arrow_ends, arrow_shown, paint_at
-from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, PAPER, Color
+from movimentum.drawing.motion import arrow_ends, arrow_shown, drawn_pose, paint_at, paint_over
+from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, NOTE_HEIGHT, PAPER, Color
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
 from movimentum.records import replace
 from movimentum.rendering.canvas import Canvas
 from movimentum.rendering.coverage import HERE, disc
-from movimentum.rendering.prepare import PreparedMark
+from movimentum.rendering.marks import PreparedMark
 from movimentum.rendering.shapes import Filled, line_shape, part_shape, round_shape
 from movimentum.rendering.sprites import Sprite
 from movimentum.solver.poses import Poses
+from movimentum.tolerances import SAME_SCALE_OF_TEXT
 
 
 class Item:
     """One part of the picture."""
 
-    __slots__ = ("_shapes", "prepared")
+    __slots__ = ("_coarse", "_scale", "_shapes", "prepared")
 
     def __init__(self, prepared: PreparedMark) -> None:
         self.prepared = prepared
         self._shapes: list[Filled] | None = None
+        self._scale = 0.0
+        self._coarse: dict[int, Sprite] = {}
+
+    @property
+    def still(self) -> bool:
+        """Whether the camera leaves it where it is."""
+        return self.prepared.still
+
+    def again(self) -> Item:
+        """The same, to be drawn elsewhere."""
+        return Item(self.prepared)
 
     def state(self, poses: Poses) -> NDArray[np.float64]:
         """(F, K): all numbers that this item's picture depends on; equal rows are equal pictures."""
@@ -82,17 +98,68 @@ class Item:
             case SymbolMark():
                 _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
             case PolylineMark() | DiscMark() | FigureMark():
-                if self._shapes is None:
-                    self._shapes = _shapes(mark, scale, canvas.thinnest)
-                place = to_image @ _pose(poses, mark.body, i)
-                _together(canvas, self._shapes, place, scale, paint)
-            case TextMark() if mark.pieces:
+                fine = scale * mark.paint.zoom
+                if self._shapes is None or self._scale != fine:
+                    self._shapes, self._scale = _shapes(mark, fine, canvas.thinnest), fine
+                size, place = _drawn(mark, poses, i)
+                _together(canvas, self._shapes, to_image @ place, fine, paint, size * scale / fine)
+            case TextMark() if mark.pieces or (sprite is not None and _enlarged(sprite, scale * mark.paint.zoom)):
                 now = poses.select(slice(i, i + 1))
-                _live_text(mark, canvas, to_image, _pose(poses, mark.body, i), now, paint)
-            case _ if sprite is not None:
-                canvas.picture(sprite, to_image @ (_pose(poses, mark.body, i) @ sprite.to_local), *paint)
+                _live_text(mark, canvas, to_image, *_drawn(mark, poses, i), now, paint)
+            case ImageMark() | TextMark() if sprite is not None:
+                sprite = self._fitting(sprite, scale * mark.paint.zoom)
+                canvas.picture(sprite, to_image @ (_drawn(mark, poses, i)[1] @ sprite.to_local), *paint)
             case _:
                 pass
+
+    def _fitting(self, sprite: Sprite, scale: float) -> Sprite:
+        """A picture with no more than twice as many pixels, each way, as are drawn of it."""
+        level = 0
+        share = math.hypot(sprite.to_local.a, sprite.to_local.d) * scale
+        while level < 5 and share * 2 ** (level + 1) <= 1.0:
+            level += 1
+        if level == 0 or sprite.image.mode == "L":
+            return sprite
+        if level not in self._coarse:
+            self._coarse[level] = sprite.coarser(2**level)
+        return self._coarse[level]
+
+
+def _enlarged(sprite: Sprite, scale: float) -> bool:
+    """Whether the letters of a text are drawn in another size than they were made for."""
+    return abs(math.hypot(sprite.to_local.a, sprite.to_local.d) * scale - 1.0) > SAME_SCALE_OF_TEXT
+
+
+class ItemGroup:
+    """Parts of the picture that are faded as one."""
+
+    __slots__ = ("_paint", "items")
+
+    def __init__(self, paint: Paint, items: tuple[Item, ...]) -> None:
+        self._paint, self.items = paint, items
+
+    @property
+    def still(self) -> bool:
+        """Whether the camera leaves it where it is."""
+        return all(item.still for item in self.items)
+
+    def again(self) -> ItemGroup:
+        """The same, to be drawn elsewhere."""
+        return ItemGroup(self._paint, tuple(item.again() for item in self.items))
+
+    def state(self, poses: Poses) -> NDArray[np.float64]:
+        """(F, K): all numbers that the picture of the group depends on."""
+        own = paint_over(self._paint, poses)[0][:, None]
+        return np.concatenate([own, *(item.state(poses) for item in self.items)], axis=1)
+
+    def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
+        """Draw frame ``i`` (a position in ``poses``)."""
+
+        def parts(sheet: Canvas) -> None:
+            for item in self.items:
+                item.draw(sheet, to_image, poses, i)
+
+        canvas.together(paint_at(self._paint, poses, i)[0], parts)
 
 
 def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Filled]:
@@ -107,16 +174,16 @@ def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: 
 
 
 def _together(
-    canvas: Canvas, shapes: Sequence[Filled], place: Affine, scale: float, paint: tuple[float, Color]
+    canvas: Canvas, shapes: Sequence[Filled], place: Affine, scale: float, paint: tuple[float, Color], size: float
 ) -> None:
-    """Shapes over each other, faded as one."""
+    """Shapes over each other, faded as one; ``size``: how many times as large as they were made."""
 
     def parts(sheet: Canvas) -> None:
         for shape in shapes:
-            sheet.fill(shape.at(place, scale), shape.color or paint[1])
+            sheet.fill(shape.at(place, scale, size), shape.color or paint[1])
 
     if len(shapes) == 1:
-        canvas.fill(shapes[0].at(place, scale), shapes[0].color or paint[1], paint[0])
+        canvas.fill(shapes[0].at(place, scale, size), shapes[0].color or paint[1], paint[0])
     else:
         canvas.together(paint[0], parts)
 
@@ -147,13 +214,19 @@ def _symbol(mark: SymbolMark, canvas: Canvas, to_image: Affine, poses: Poses, pa
 
 
 def _live_text(
-    mark: TextMark, canvas: Canvas, to_image: Affine, to_world: Affine, poses: Poses, paint: tuple[float, Color]
+    mark: TextMark,
+    canvas: Canvas,
+    to_image: Affine,
+    size: float,
+    to_world: Affine,
+    poses: Poses,
+    paint: tuple[float, Color],
 ) -> None:
-    """A label in the one frame of ``poses``."""
+    """A label in the one frame of ``poses``, ``size`` times as large."""
     from movimentum.rendering.text import written_sprite
 
-    text = written(mark.pieces, mark.paint.thing, poses)[0]
-    sprite = written_sprite(text, mark.height, to_image.a, mark.align, mark.italic, mark.span)
+    text = written(mark.pieces, mark.paint.thing, poses)[0] if mark.pieces else mark.text
+    sprite = written_sprite(text, mark.height, to_image.a * size, mark.align, mark.italic, mark.span)
     if sprite is not None:
         canvas.picture(sprite, to_image @ (to_world @ sprite.moved(*mark.start).to_local), *paint)
 
@@ -168,10 +241,25 @@ def _note(prepared: PreparedMark, mark: NoteMark, canvas: Canvas, to_image: Affi
         canvas.fill((disc((x, y), mark.dot * scale), HERE), PAPER)
         canvas.fill((disc((x, y), mark.dot * scale, DOT_EDGE * scale), HERE), mark.color)
     place = Affine(scale, 0.0, x + mark.offset[0] * scale, 0.0, -scale, y - mark.offset[1] * scale)
-    layers: list[tuple[Sprite | None, Color]] = [(prepared.halo, PAPER), (prepared.sprite, mark.color)]
+    around, sprite = prepared.halo, prepared.sprite
+    if sprite is not None and _enlarged(sprite, scale):
+        from movimentum.rendering.text import halo, written_sprite
+
+        sprite = written_sprite(mark.text, NOTE_HEIGHT, scale, "left", False)
+        around = None if sprite is None else halo(sprite)
+    layers: list[tuple[Sprite | None, Color]] = [(around, PAPER), (sprite, mark.color)]
     for sprite, color in layers:
         if sprite is not None:
             canvas.picture(sprite, place @ sprite.to_local, 1.0, color)
+
+
+def _drawn(mark: BodyMark, poses: Poses, i: int) -> tuple[float, Affine]:
+    """How many times as large a mark is drawn, and where."""
+    if mark.paint.about is None or (mark.paint.thing, "scale") not in poses.properties:
+        return 1.0, _pose(poses, mark.body, i)
+    origin, direction = drawn_pose(mark, poses.select(slice(i, i + 1)))
+    x, y, cosine, sine = *origin[0].tolist(), *direction[0].tolist()
+    return math.hypot(cosine, sine), geometry.pose(x, y, cosine, sine)
 
 
 def _pose(poses: Poses, thing: int, i: int) -> Affine:

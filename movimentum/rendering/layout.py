@@ -39,7 +39,7 @@ def laid_out(text: str) -> tuple[Letters, ...]:
     """The letters of a text, from left to right."""
     found: list[Letters] = []
     x = 0.0
-    for size, rise, level in _levels(text):
+    for size, rise, level in levels(text):
         for face, piece in runs(normal(level)):
             alone = all(_stands_alone(character) for character in piece)
             for part in piece if alone else (piece,):
@@ -49,7 +49,7 @@ def laid_out(text: str) -> tuple[Letters, ...]:
     return tuple(found)
 
 
-def _levels(text: str) -> Iterator[tuple[float, float, str]]:
+def levels(text: str) -> Iterator[tuple[float, float, str]]:
     """A text cut where letters are lower or raised: (size, rise, letters)."""
     level = (1.0, 0.0)
     for piece in _MARKS.split(text):

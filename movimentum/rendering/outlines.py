@@ -51,6 +51,13 @@ def outline_of(letters: Letters) -> str:
     return "".join(_moved(letters, 0.0))
 
 
+def edges_of(letters: Letters) -> tuple[tuple[Point, ...], ...]:
+    """The edges of letters as closed polygons, in heights of their font, y up, from where they begin; what is outside
+    goes round one way, and holes the other way.
+    """
+    return _traced(letters)
+
+
 def _moved(letters: Letters, x: float) -> Iterator[str]:
     """The edges of letters as a path in whole `UNITS`, moved to ``x``."""
     size, rise = letters.size, letters.rise

@@ -11,43 +11,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageChops
 
+from movimentum.drawing.camera import camera, seen
+from movimentum.drawing.model import OverMark, ThingMark
 from movimentum.drawing.options import PictureOptions, Quality
 from movimentum.drawing.style import Color
 from movimentum.geometry import View
 from movimentum.records import dataclass
 from movimentum.rendering.canvas import Canvas, stamped
-from movimentum.rendering.items import Item
+from movimentum.rendering.changing import runs
+from movimentum.rendering.insets import ShownLayer, with_insets
+from movimentum.rendering.items import Item, ItemGroup
+from movimentum.rendering.marks import PreparedMark
 from movimentum.rendering.prepare import Trace, prepare_drawing
-from movimentum.rendering.stamps import Box, Frame, Stamps, lay, regions
+from movimentum.rendering.stamps import Box, Frame, Stamps, area, lay, regions
 from movimentum.rendering.stream import PoseSource
-from movimentum.rendering.traces import PathLayer, TailLayer, TraceLayer, layer_of
+from movimentum.rendering.traces import PathLayer, layer_of
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
 Floats = NDArray[np.float64]
 
-Layer: TypeAlias = Item | TraceLayer | TailLayer | PathLayer
-"""What a picture is laid together from."""
-
-_AHEAD = 2_000_000  # pixels of the pictures that are prepared together
+_AHEAD = 2_000_000  # pixels of the stamps that are prepared together
 _KEPT = 4  # pictures of the canvas: how much is remembered of what was drawn
 
 
 @dataclass(frozen=True, slots=True)
 class Painter:
-    """All that drawing needs. ``paths`` and ``items`` from back to front, then ``traces``, then ``overlays``.
+    """All that drawing needs. ``paths`` and ``items`` from back to front, then ``traces``, then ``beside``, then
+    ``overlays``.
 
     ``view`` is the finished picture's; with ``supersample`` 2 it is drawn twice as large and averaged.
     """
 
     view: View
-    items: tuple[Item, ...]
+    items: tuple[Item | ItemGroup, ...]
     traces: tuple[Trace, ...]
     overlays: tuple[Item, ...]
     background: Color
@@ -55,6 +57,7 @@ class Painter:
     draft: bool = False
     supersample: int = 1
     paths: tuple[Trace, ...] = ()
+    beside: tuple[Item, ...] = ()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -65,6 +68,12 @@ class Painter:
     def mode(self) -> str:
         """``"RGB"``, or ``"RGBA"`` (straight alpha) if the background is transparent."""
         return "RGBA" if self.transparent else "RGB"
+
+    @property
+    def marks(self) -> list[ThingMark | OverMark]:
+        """All marks but the traces."""
+        things = [part for item in self.items for part in (item.items if isinstance(item, ItemGroup) else (item,))]
+        return [item.prepared.mark for item in (*things, *self.overlays)]
 
     def frame(self, poses: Poses, i: int) -> Image.Image:
         """The picture of frame ``i`` (a position in ``poses``)."""
@@ -89,14 +98,21 @@ class PaintSession:
         self.painter = painter
         view = painter.view.enlarged(painter.supersample)
         self._to_image, self._size = view.to_image, (view.width, view.height)
-        self._layers: list[Layer] = [
-            *(PathLayer(trace, self._to_image, self._size) for trace in painter.paths),
-            *painter.items,
-            *(layer_of(trace, self._to_image, self._size) for trace in painter.traces),
-            *painter.overlays,
-        ]
+        beside: list[ShownLayer] = [Item(item.prepared) for item in painter.beside]
+        overlays = [Item(item.prepared) for item in painter.overlays]
+        self._layers: list[ShownLayer] = [*self._made(), *with_insets(beside, painter.view, self._made), *overlays]
         self._drawn: list[_Drawn] = []
+        self._moving = 0  # pixels of the stamps that changed last
         self._image = self._ground(painter.size)
+
+    def _made(self) -> list[ShownLayer]:
+        """The layers of the film itself, which insets show too."""
+        painter = self.painter
+        return [
+            *(PathLayer(trace, self._to_image, self._size) for trace in painter.paths),
+            *(item.again() for item in painter.items),
+            *(layer_of(trace, self._to_image, self._size) for trace in painter.traces),
+        ]
 
     def frames(self, poses: Poses) -> Iterator[Image.Image]:
         """The pictures of all frames of ``poses``, with traces none of them before those that it drew earlier. It is
@@ -106,13 +122,18 @@ class PaintSession:
 
     def changes(self, poses: Poses) -> Iterator[Frame]:
         """The same, with what changed since the last frame that this session drew."""
-        states = [layer.state(poses) for layer in self._layers]
+        looks = camera(poses, self.painter.view)
+        states = [
+            layer.state(poses) if looks is None or layer.still else np.concatenate([layer.state(poses), looks], axis=1)
+            for layer in self._layers
+        ]
         first = 0
         while first < len(poses.frames):
-            # of a small picture, some frames are prepared together
+            # where little moves, some frames are prepared together
             block = range(first, min(len(poses.frames), first + self._ahead()))
             for i, changed in zip(block, self._prepared(states, poses, block), strict=True):
                 begun = bool(self._drawn)
+                self._moving = sum(map(area, (box for _, drawn in changed for box in drawn.boxes)))
                 parts = regions(self._shown(changed), self.painter.supersample) if begun else [Box(0, 0, *self._size)]
                 if not begun:
                     self._drawn = [drawn for _, drawn in changed]
@@ -125,7 +146,7 @@ class PaintSession:
         """How many frames are prepared together."""
         if not self._drawn or any(drawn.stamps is None for drawn in self._drawn):
             return 1
-        return max(1, _AHEAD // (self._size[0] * self._size[1]))
+        return max(1, _AHEAD // max(1, self._moving))
 
     def _prepared(self, states: Sequence[Floats], poses: Poses, block: range) -> list[list[tuple[int, _Drawn]]]:
         """For each of some frames, the layers that change, drawn anew."""
@@ -155,8 +176,11 @@ class PaintSession:
     def _stamps(self, layers: Sequence[tuple[int, int]], poses: Poses) -> list[Stamps]:
         """What some layers look like in some frames, (number, frame) each."""
         canvases = [Canvas(self._size, self.painter.draft) for _ in layers]
+        looks = camera(poses, self.painter.view)
         for (number, i), canvas in zip(layers, canvases, strict=True):
-            self._layers[number].draw(canvas, self._to_image, poses, i)
+            layer = self._layers[number]
+            place = self._to_image if looks is None or layer.still else seen(self._to_image, looks[i])
+            layer.draw(canvas, place, poses, i)
         return stamped(canvases)
 
     def _forget(self) -> None:
@@ -164,7 +188,7 @@ class PaintSession:
         room = _KEPT * self._size[0] * self._size[1]
         for drawn in self._drawn:
             if drawn.stamps is not None:
-                room -= sum((box.right - box.left) * (box.bottom - box.top) for box in drawn.boxes)
+                room -= sum(map(area, drawn.boxes))
                 if room < 0:
                     drawn.stamps = None
 
@@ -194,6 +218,12 @@ def _same(before: Floats | None, now: Floats) -> bool:
     return before is not None and np.array_equal(before, now)
 
 
+def _items(marks: Sequence[PreparedMark]) -> Iterator[Item | ItemGroup]:
+    for group, numbers in runs(marks):
+        items = tuple(Item(marks[number]) for number in numbers)
+        yield from items if group is None else (ItemGroup(group, items),)
+
+
 def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> Painter:
     """Everything ready to draw ``scene`` with Pillow; takes and raises what `prepare_drawing` does."""
     options = options or PictureOptions()
@@ -203,7 +233,7 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
     prepared = prepare_drawing(scene, source, options)
     return Painter(
         view=prepared.view,
-        items=tuple(map(Item, prepared.things)),
+        items=tuple(_items(prepared.things)),
         traces=prepared.traces,
         overlays=tuple(map(Item, prepared.overlays)),
         background=prepared.drawing.matte,
@@ -211,4 +241,5 @@ def make_painter(scene: Scene, source: PoseSource, options: PictureOptions | Non
         draft=options.quality is Quality.DRAFT,
         supersample=prepared.fineness,
         paths=prepared.paths,
+        beside=tuple(map(Item, prepared.beside)),
     )

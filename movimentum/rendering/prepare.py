@@ -6,43 +6,46 @@ Everything that can fail is done here, before a file is begun. All ways to draw 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.camera import is_still, largest_zoom
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import (
     Drawing,
-    FilmMark,
     FreeArrow,
-    GraphMark,
     ImageMark,
+    InsetMark,
     NoteMark,
     OverMark,
-    PolodeMark,
+    Paint,
     SymbolMark,
     TextMark,
     ThingMark,
     TraceMark,
 )
-from movimentum.drawing.motion import bounds, link_points, state
+from movimentum.drawing.motion import state
 from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Quality
 from movimentum.drawing.paths import frame_path, paths
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.records import dataclass, replace
+from movimentum.rendering.changing import in_places, zoomed
 from movimentum.rendering.images import is_drawing, load_premultiplied
+from movimentum.rendering.marks import PreparedMark
 from movimentum.rendering.sprites import Sprite, framed, prepare
-from movimentum.rendering.stream import PoseSource, chunks, concatenate, count
+from movimentum.rendering.stream import PoseSource, chunks
+from movimentum.rendering.whole_film import settled
 from movimentum.scene.model import Scene
+from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
+from movimentum.things.kinds.label import LABEL
 
 Floats = NDArray[np.float64]
-
-"""Symbols that depend on the distances that they have in the whole film."""
 
 
 FINER = 1.6
@@ -52,48 +55,15 @@ in its place (with 1 it is too soft, with 2 too hard).
 
 
 @dataclass(frozen=True, slots=True)
-class PreparedMark:
-    """A mark with its picture, if it is an image or a text; ``halo`` goes under the text of a note. ``clip``: it is
-    drawn only inside that mark's outline (see `drawing.clips`).
-    """
-
-    mark: ThingMark | OverMark
-    sprite: Sprite | None = None
-    halo: Sprite | None = None
-    clip: ThingMark | None = None
-
-    def bounds(self, poses: Poses) -> Floats:
-        """(F, 4): left, bottom, right, top in the world; rows of NaN where nothing is drawn."""
-        found = self._unclipped(poses)
-        if self.clip is None:
-            return found
-        around = bounds(self.clip, poses, ())
-        low, high = np.maximum(found[:, :2], around[:, :2]), np.minimum(found[:, 2:], around[:, 2:])
-        some = np.logical_and(low[:, 0] <= high[:, 0], low[:, 1] <= high[:, 1])
-        return np.where(some[:, None], np.concatenate([low, high], axis=1), np.nan)
-
-    def state(self, poses: Poses) -> Floats:
-        """(F, K): all numbers that its picture depends on; equal rows are equal pictures."""
-        own = state(self.mark, poses)
-        return own if self.clip is None else np.concatenate([own, state(self.clip, poses)], axis=1)
-
-    def _unclipped(self, poses: Poses) -> Floats:
-        if isinstance(self.mark, TextMark) and self.mark.pieces:
-            from movimentum.rendering.text import longest
-
-            return bounds(self.mark, poses, longest(self.mark, poses))
-        return bounds(self.mark, poses, () if self.sprite is None else self.sprite.local_corners())
-
-
-@dataclass(frozen=True, slots=True)
 class Trace:
     """A path of the whole film (see `drawing.paths`). ``last``: the time of the last frame of a film that begins again;
-    it shows the path up to there.
+    it shows the path up to there. ``still``: the camera does not move it.
     """
 
     mark: TraceMark
     path: Floats
     last: float = math.inf
+    still: bool = False
 
     def ends(self, poses: Poses) -> NDArray[np.int64]:
         """(F,) how many rows of the path each frame shows."""
@@ -122,10 +92,12 @@ class Trace:
 @dataclass(frozen=True, slots=True)
 class PreparedDrawing:
     """``paths`` (traces of the whole film), ``things`` from back to front, then ``traces``,
-    then ``overlays``: those marks of ``drawing`` that show anything.
+    then ``beside`` (insets, and what the camera leaves alone that lies over them), then ``overlays``: those marks of
+    ``drawing`` that show anything.
 
     ``view`` is the rectangle of the world that the finished picture shows. Images and texts have ``fineness`` pixels to
-    a pixel of that picture, each way (unless the image's file has fewer).
+    a pixel of that picture, each way (unless the image's file has fewer); a camera and insets enlarge them by at most
+    ``closest``.
     """
 
     drawing: Drawing
@@ -135,6 +107,8 @@ class PreparedDrawing:
     traces: tuple[Trace, ...]
     overlays: tuple[PreparedMark, ...]
     paths: tuple[Trace, ...] = ()
+    beside: tuple[PreparedMark, ...] = ()
+    closest: float = 1.0
 
 
 def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | None = None) -> PreparedDrawing:
@@ -150,23 +124,74 @@ def prepare_drawing(scene: Scene, source: PoseSource, options: PictureOptions | 
     if not (math.isfinite(options.scale) and options.scale > 0.0):
         raise UsageError([Diagnostic("usage/scale", Severity.ERROR, "the scale must be a positive number")])
     fineness = 2 if options.quality is Quality.HIGH else 1
-    box = None if scene.config.size is None else (0.0, 0.0, float(scene.config.size[0]), float(scene.config.size[1]))
+    box = options.room
+    if box is None and scene.config.size is not None:
+        box = (0.0, 0.0, float(scene.config.size[0]), float(scene.config.size[1]))
     if box is not None:
         _view(scene, options, fineness, box)  # a limit that needs no sprite
     magnification = options.scale * fineness
     _refuse_too_much(scene, magnification)
     drawing = compose(scene, options)
-    things = _loaded(_free(_measured(_graphed(drawing.things, scene, source, options), source), source), magnification)
-    if drawing.clips:
-        clips: dict[int | None, ThingMark] = dict(drawing.clips)
-        things = [replace(item, clip=clips.get(_painted(item.mark))) for item in things]
-    whole, traces = _followed((drawing.paths, drawing.traces), source, options, box is None, 0.05 / magnification)
+    marks = zoomed(settled(drawing.things, scene, source, options), scene, source)
+    near = scene.views or any(isinstance(mark, InsetMark) for mark in marks)
+    closest = largest_zoom(marks, chunks(source)) if near else 1.0
+    things = _loaded(marks, magnification, closest)
+    things = _within(things, drawing)
+    if scene.changes("layer"):
+        things = in_places(things, drawing.under, scene, source)
+    whole, traces = _followed(
+        scene, (drawing.paths, drawing.traces), source, options, box is None, 0.05 / (magnification * closest)
+    )
     overlays = [made for mark in drawing.overlays if (made := _overlay(mark, magnification)) is not None]
+    if near:
+        things = [replace(item, still=_is_still(scene, item)) for item in things]
+        overlays = [replace(item, still=_is_still(scene, item)) for item in overlays]
     arrows = [overlay for overlay in overlays if isinstance(overlay.mark, FreeArrow)]
     view = _view(scene, options, fineness, box or _fitted([*things, *arrows], (*whole, *traces), source))
     room = (view.left, view.bottom, view.left + view.width / view.scale, view.bottom + view.height / view.scale)
     things = [_in_room(item, room) for item in things]
-    return PreparedDrawing(drawing, view, fineness, tuple(things), traces, tuple(overlays), whole)
+    inset = next((place for place, item in enumerate(things) if isinstance(item.mark, InsetMark)), len(things))
+    under = tuple(item for place, item in enumerate(things) if place < inset or not item.still)
+    beside = tuple(item for item in things[inset:] if item.still)
+    return PreparedDrawing(drawing, view, fineness, under, traces, tuple(overlays), whole, beside, closest)
+
+
+def _is_still(scene: Scene, item: PreparedMark) -> bool:
+    """Whether the camera leaves a mark where it is."""
+    thing = item.mark.body if isinstance(item.mark, NoteMark | FreeArrow) else item.mark.paint.thing
+    return is_still(scene, thing)
+
+
+def marks_of(
+    scene: Scene, source: PoseSource, motion: PathMotion, wanted: Collection[int]
+) -> dict[int, list[PreparedMark]]:
+    """What is drawn of some things, ready to be drawn at its own size; nothing of what cannot be loaded."""
+    options = PictureOptions(motion=motion)
+    drawing = compose(scene, options)
+    marks = drawing.things
+    if not any(scene.things[thing].kind is LABEL and scene.things[thing].own.of_film for thing in wanted):
+        marks = [mark for mark in marks if mark.paint.thing in wanted]  # such labels keep clear of all others
+    drawn: dict[int, list[ThingMark]] = {}
+    for mark in settled(marks, scene, source, options):
+        drawn.setdefault(mark.paint.thing, []).append(mark)
+    found: dict[int, list[PreparedMark]] = {}
+    for thing in sorted(set(wanted) & drawn.keys()):
+        try:
+            found[thing] = _within(_loaded(drawn[thing], 1.0), drawing)
+        except ScriptError:
+            continue  # it is told where it is drawn
+    return found
+
+
+def _within(items: list[PreparedMark], drawing: Drawing) -> list[PreparedMark]:
+    """The marks, with what they are cut off by, and the groups that fade together."""
+    if drawing.clips:
+        clips: dict[int | None, ThingMark] = dict(drawing.clips)
+        items = [replace(item, clip=clips.get(_painted(item.mark))) for item in items]
+    if drawing.groups:
+        groups: dict[int | None, Paint] = dict(drawing.groups)
+        items = [replace(item, group=groups.get(_painted(item.mark))) for item in items]
+    return items
 
 
 def _in_room(item: PreparedMark, room: tuple[float, float, float, float]) -> PreparedMark:
@@ -181,66 +206,24 @@ def _painted(mark: ThingMark | OverMark) -> int | None:
 
 
 def needs_film(scene: Scene) -> bool:
-    """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on a path."""
-    return any((thing.kind.of_film or thing.own.of_film) and not thing.hidden for thing in scene.things)
-
-
-def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:
-    """The marks; those that depend on it with the least and the greatest distance that they have in the whole film."""
-    if not any(isinstance(mark, SymbolMark) and mark.kind.of_film for mark in marks):
-        return list(marks)
-    found: list[ThingMark] = []
-    for mark in marks:
-        if isinstance(mark, SymbolMark) and mark.kind.of_film:
-            reach = [link_points(mark, chunk) for chunk in chunks(source)]
-            lengths = np.concatenate([np.zeros(0), *(np.hypot(*(p[:, -1] - p[:, 0]).T) for p in reach)])
-            least, most = (float(lengths.min()), float(lengths.max())) if len(lengths) else (0.0, 0.0)
-            mark = replace(mark, lengths=(least, most))
-        found.append(mark)
-    return found
-
-
-def _graphed(
-    marks: Sequence[ThingMark | FilmMark], scene: Scene, source: PoseSource, options: PictureOptions
-) -> list[ThingMark]:
-    """The marks; graphs and polodes are what they consist of in the whole film."""
-    found: list[ThingMark] = []
-    for mark in marks:
-        match mark:
-            case GraphMark():
-                from movimentum.drawing.graph_curves import curves_of
-                from movimentum.drawing.graphs import graph_marks
-
-                found += graph_marks(mark, curves_of(mark, scene, chunks(source), options.motion))
-            case PolodeMark():
-                from movimentum.drawing.polodes import polode
-
-                found.append(polode(mark, scene, chunks(source), options.motion))
-            case _:
-                found.append(mark)
-    return found
-
-
-def _free(marks: list[ThingMark], source: PoseSource) -> list[ThingMark]:
-    """The marks; labels that say nothing about it are where they cross least in the whole film."""
-    if not any(isinstance(mark, SymbolMark) and mark.own.of_film for mark in marks):
-        return marks
-    from movimentum.drawing.free_places import FRAMES, with_places
-
-    frames = count(source)
-    chosen = np.unique(np.linspace(0, frames - 1, min(FRAMES, frames)).round().astype(np.int64))
-    parts: list[Poses] = []
-    first = 0
-    for chunk in chunks(source):
-        inside = chosen[(first <= chosen) & (chosen < first + len(chunk.frames))] - first
-        first += len(chunk.frames)
-        if len(inside):
-            parts.append(chunk.select(inside))
-    return with_places(marks, concatenate(parts)) if parts else marks
+    """Whether a picture of one frame depends on others: on the lengths that a cylinder has, on layers,
+    on how near a camera comes.
+    """
+    return (
+        bool(scene.views)
+        or scene.changes("layer")
+        or scene.changes("scale")
+        or any((thing.kind.of_film or thing.own.of_film) and not thing.hidden for thing in scene.things)
+    )
 
 
 def _followed(
-    marks: Sequence[Sequence[TraceMark]], source: PoseSource, options: PictureOptions, fitted: bool, off: float
+    scene: Scene,
+    marks: Sequence[Sequence[TraceMark]],
+    source: PoseSource,
+    options: PictureOptions,
+    fitted: bool,
+    off: float,
 ) -> list[tuple[Trace, ...]]:
     """The marks of each kind, those of whole paths first; straight pieces miss their paths by at most ``off``."""
     flat = [mark for some in marks for mark in some]
@@ -260,7 +243,12 @@ def _followed(
             times = [time for time in times if time < options.until] + [options.until]
         found = paths(motion, flat, times, off)
     done = iter(found)
-    return [tuple(Trace(mark, next(done), last if mark.tail is None else math.inf) for mark in some) for some in marks]
+    return [tuple(_trace(scene, mark, next(done), last) for mark in some) for some in marks]
+
+
+def _trace(scene: Scene, mark: TraceMark, path: Floats, last: float) -> Trace:
+    still = mark.paint is not None and is_still(scene, mark.paint.thing)
+    return Trace(mark, path, last if mark.tail is None else math.inf, still)
 
 
 def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float, float, float, float]) -> View:
@@ -336,16 +324,19 @@ def _refuse_too_much(scene: Scene, magnification: float) -> None:
         raise ScriptError([Diagnostic("limit/pixels", Severity.ERROR, message, notes=notes, helps=helps)])
 
 
-def _loaded(marks: Sequence[ThingMark], magnification: float) -> list[PreparedMark]:
-    """The marks with their pictures; `ScriptError` with the diagnostics of all that cannot be loaded."""
+def _loaded(marks: Sequence[ThingMark], magnification: float, closest: float = 1.0) -> list[PreparedMark]:
+    """The marks with their pictures, images as fine as is seen when all is ``closest`` times as large.
+
+    `ScriptError` with the diagnostics of all that cannot be loaded.
+    """
     problems: list[Diagnostic] = []
-    sprites: dict[tuple[str, float], Sprite | None] = {}
+    sprites: dict[tuple[str, float, float], Sprite | None] = {}
     found: list[PreparedMark] = []
     for mark in marks:
         try:
             if not isinstance(mark, ImageMark | TextMark):
                 found.append(PreparedMark(mark))
-            elif (sprite := _sprite(mark, magnification, sprites)) is not None:
+            elif (sprite := _sprite(mark, magnification * mark.paint.zoom, closest, sprites)) is not None:
                 found.append(PreparedMark(mark, sprite))
         except ScriptError as error:
             problems += error.diagnostics
@@ -355,7 +346,10 @@ def _loaded(marks: Sequence[ThingMark], magnification: float) -> list[PreparedMa
 
 
 def _sprite(
-    mark: ImageMark | TextMark, magnification: float, sprites: dict[tuple[str, float], Sprite | None]
+    mark: ImageMark | TextMark,
+    magnification: float,
+    closest: float,
+    sprites: dict[tuple[str, float, float], Sprite | None],
 ) -> Sprite | None:
     """The picture of a mark, its pixels mapped to the local frame; None if nothing of it is visible."""
     if isinstance(mark, TextMark):
@@ -364,7 +358,8 @@ def _sprite(
         sprite = text_sprite(mark.text, mark.height, magnification, mark.span)
         sprite = aligned(sprite, mark.text, mark.height, mark.align, mark.italic)
         return None if sprite is None else sprite.moved(*mark.start)
-    key = (mark.path, mark.pixel)
+    magnification *= closest
+    key = (mark.path, mark.pixel, magnification)
     if key not in sprites:
         if is_drawing(mark.path):
             from movimentum.rendering.rasters import load_drawing  # only some scripts have drawings

@@ -25,11 +25,13 @@ class Filled(NamedTuple):
     centre: Point | None = None
     color: Color | None = None
 
-    def at(self, place: Affine, scale: float) -> tuple[Outline, Affine]:
-        """Where it is on the picture; ``place`` maps its frame of reference, magnified by ``scale``."""
+    def at(self, place: Affine, scale: float, size: float = 1.0) -> tuple[Outline, Affine]:
+        """Where it is on the picture; ``place`` maps its frame of reference, magnified by ``scale``, so that it is
+        ``size`` times as large.
+        """
         if self.centre is not None:
             x, y = place.apply(*self.centre)
-            return self.outline, Affine(1.0, 0.0, x, 0.0, 1.0, y)
+            return self.outline, Affine(size, 0.0, x, 0.0, size, y)
         a, b, c, d, e, f = place
         return self.outline, Affine(a / scale, b / scale, c, d / scale, e / scale, f)
 

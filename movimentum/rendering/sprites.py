@@ -39,6 +39,16 @@ class Sprite:
         """The same picture, its local origin moved to (x, y)."""
         return Sprite(self.image, Affine(1.0, 0.0, x, 0.0, 1.0, y) @ self.to_local, self.outline)
 
+    def coarser(self, factor: int) -> Sprite:
+        """The same picture with a pixel for each ``factor`` x ``factor``, to be drawn smaller."""
+        width, height = (-(-side // factor) * factor + 2 * factor for side in self.image.size)
+        sheet = Image.new(self.image.mode, (width, height))
+        sheet.paste(self.image, (factor, factor))
+        to_local = self.to_local @ Affine(factor, 0.0, -factor, 0.0, factor, -factor)
+        small = sheet.reduce(factor)
+        alpha = small if small.mode == "L" else small.getchannel("a")
+        return Sprite(small, to_local, outline_of(np.asarray(alpha)))
+
     def transformed(
         self, to_canvas: Affine, size: tuple[int, int], resample: Image.Resampling
     ) -> tuple[Image.Image, int, int] | None:

@@ -19,6 +19,16 @@ class Box(NamedTuple):
     right: int
     bottom: int
 
+    @property
+    def rows(self) -> slice:
+        """Its rows in an array."""
+        return slice(self.top, self.bottom)
+
+    @property
+    def columns(self) -> slice:
+        """Its columns."""
+        return slice(self.left, self.right)
+
     def seen_from(self, left: int, top: int) -> Box:
         """The same pixels where those at (left, top) are the first."""
         return Box(self.left - left, self.top - top, self.right - left, self.bottom - top)
@@ -28,6 +38,11 @@ def around(boxes: Iterable[Box]) -> Box | None:
     """The smallest box with all of several."""
     sides = list(zip(*boxes, strict=True))
     return Box(min(sides[0]), min(sides[1]), max(sides[2]), max(sides[3])) if sides else None
+
+
+def area(box: Box) -> int:
+    """How many pixels a box has."""
+    return (box.right - box.left) * (box.bottom - box.top)
 
 
 class Frame(NamedTuple):

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.records import dataclass, replace
 from movimentum.solver.poses import Poses
 
 PoseSource: TypeAlias = Poses | Iterable[Poses]
@@ -71,6 +72,26 @@ def chunks(source: PoseSource) -> Iterator[Poses]:
     for chunk in iterator:
         if len(chunk.frames):
             yield chunk
+
+
+@dataclass(frozen=True, slots=True)
+class StillPoses:
+    """Poses of ``source`` with ``more`` things behind the others that stay where they are drawn."""
+
+    source: PoseSource
+    more: int
+
+    def __iter__(self) -> Iterator[Poses]:
+        for poses in chunks(self.source):
+            size = (self.more, len(poses.frames))
+            ahead = np.broadcast_to([1.0, 0.0], (*size, 2))
+            yield replace(
+                poses,
+                origin=np.concatenate([poses.origin, np.zeros((*size, 2))]),
+                direction=np.concatenate([poses.direction, ahead]),
+                angle=np.concatenate([poses.angle, np.zeros(size)]),
+                visible=np.concatenate([poses.visible, np.ones(size, dtype=np.bool_)]),
+            )
 
 
 def count(source: PoseSource) -> int:

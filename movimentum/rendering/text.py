@@ -69,9 +69,10 @@ def written_sprite(
     text: str, height: float, magnification: float, align: str, italic: bool, span: Span | None = None
 ) -> Sprite | None:
     """`text_sprite` for a text that changes, whose local origin is where ``align`` says: at the left, the centre or the
-    right of its baseline, or in the middle of its letters.
+    right of its baseline, or in the middle of its letters. Enormous letters have fewer pixels than are asked for.
     """
-    return aligned(text_sprite(text, height, magnification, span), text, height, align, italic)
+    pixels = min(height * magnification, math.sqrt(MAX_SPRITE_PIXELS / 4.0 / max(1, len(text))))
+    return aligned(text_sprite(text, height, pixels / height, span), text, height, align, italic)
 
 
 def aligned(sprite: Sprite | None, text: str, height: float, align: str, italic: bool) -> Sprite | None:

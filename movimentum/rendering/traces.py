@@ -67,7 +67,18 @@ class TraceLayer:
     def __init__(self, trace: Trace, to_image: Affine, size: tuple[int, int]) -> None:
         self.trace = trace
         self._size = size
-        self._line = _Nib(trace.mark, to_image)
+        self._begin(to_image)
+
+    @property
+    def still(self) -> bool:
+        """Whether the camera leaves it where it is."""
+        return self.trace.still
+
+    def _begin(self, to_image: Affine) -> None:
+        """Nothing is drawn yet."""
+        size = self._size
+        self._to_image = to_image
+        self._line = _Nib(self.trace.mark, to_image)
         self._values = np.zeros((size[1], size[0]), dtype=np.uint8)
         self._done = 0
         self._rest: list[Coverage] = []
@@ -80,12 +91,13 @@ class TraceLayer:
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Lay the path up to frame ``i`` over the canvas."""
-        del to_image
         path, (end,) = self.trace.through(poses.select(slice(i, i + 1)))
-        self.show(canvas, path[:end], painted(self.trace.mark, poses, i))
+        self.show(canvas, to_image, path[:end], painted(self.trace.mark, poses, i))
 
-    def show(self, canvas: Canvas, path: Floats, paint: tuple[float, Color]) -> None:
+    def show(self, canvas: Canvas, to_image: Affine, path: Floats, paint: tuple[float, Color]) -> None:
         """Lay a path over the canvas, of which what was shown before is the beginning."""
+        if to_image != self._to_image:
+            self._begin(to_image)
         touched = self._rest
         while self._done + _ROWS < len(path):
             piece = self._covered(self._line, path[self._done : self._done + _ROWS + 1])
@@ -128,6 +140,11 @@ class TailLayer:
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
 
+    @property
+    def still(self) -> bool:
+        """Whether the camera leaves it where it is."""
+        return self.trace.still
+
     def state(self, poses: Poses) -> Floats:
         """How much of the path there is, and the time."""
         return np.concatenate([self.trace.state(poses), poses.times[:, None]], axis=1)
@@ -159,15 +176,19 @@ class PathLayer:
         self.trace = trace
         self._line = TraceLayer(trace, to_image, size)
 
+    @property
+    def still(self) -> bool:
+        """Whether the camera leaves it where it is."""
+        return self.trace.still
+
     def state(self, poses: Poses) -> Floats:
         """Nothing but its paint."""
         return self.trace.state(poses)[:, 4:]
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Lay the path over the canvas, faint."""
-        del to_image
         opacity, color = painted(self.trace.mark, poses, i)
-        self._line.show(canvas, self.trace.path, (FAINT * opacity, color))
+        self._line.show(canvas, to_image, self.trace.path, (FAINT * opacity, color))
 
 
 def layer_of(trace: Trace, to_image: Affine, size: tuple[int, int]) -> TraceLayer | TailLayer:

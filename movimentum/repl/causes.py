@@ -43,6 +43,22 @@ def why_not(session: Session, text: str) -> Answer:
     return session, AnswerWithData(words, found)
 
 
+@COMMANDS.add("certify")
+def certify(session: Session, argument: str) -> Answer:
+    """what is proved of the film: how exact it is, that it is one unbroken motion, bounds between frames"""
+    plain(argument, "certify")
+    from movimentum.certifying.certificate import certificate
+    from movimentum.certifying.told import as_data, certificate_diagnostics, certificate_text
+    from movimentum.diagnostics import render_text
+
+    motion, source = session.work.motion.path, session.work.source
+    if any(segment.troubles for segment in motion.segments):
+        raise refused("no-solution", "there is no pose at some time, so there is nothing to certify", "conflicts")
+    found = certificate(motion)
+    words = render_text(list(certificate_diagnostics(found)), source) + certificate_text(found, source)
+    return session, AnswerWithData(words.rstrip("\n"), as_data(found, source))
+
+
 @COMMANDS.add("bisect")
 def bisect(session: Session, argument: str) -> Answer:
     """the smallest change of statements with which the film has no error and every claim holds"""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +27,13 @@ from movimentum.text import counted, number, time_text
 
 COMMANDS = CommandTable()
 
+PROOF_S = 10.0
+"""The time for a proof and for the equation of a curve."""
 PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
+LONG = 40
+"""Operations of a formula that is told in short named steps."""
+MOST_STEPS = 80
 
 
 @COMMANDS.add("why NAME | why not CONDITION")
@@ -56,26 +62,81 @@ def why(session: Session, argument: str) -> Answer:
 def formula(session: Session, argument: str) -> Answer:
     """its closed form, plain and as LaTeX, or what prevents one"""
     from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
+    from movimentum.equations.steps import shared_steps
 
     text = _name(argument, "formula Rod.B")
     with at_the_prompt(session, text):
         formulas = session.formulas(text, PATIENCE_S)
     import sympy
 
-    from movimentum.repl.spelling import spelled
-
     lines: list[str] = []
     for label, found in formulas:
         if isinstance(found, Obstacle) and found.words == UNREASONABLE:
-            lines.append(f"{label} has {found.words}")
+            with at_the_prompt(session, text):
+                steps = session.named_steps(label, PATIENCE_S)
+            lines += _steps(steps) if 0 < len(steps) <= MOST_STEPS else [f"{label} has {found.words}"]
         elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")
         else:
-            text = spelled(found) or f"{sympy.sstr(found, full_prec=False)} (in SymPy's words)"
-            lines += [f"{label} = {text}", f"  {sympy.latex(found)}"]
+            steps = shared_steps(label, found) if _is_long(found) else [(label, found)]
+            lines += [*_steps(steps), f"  {sympy.latex(found)}"]
     since = time_text(float(session.segment_motion.segment.start))
     lines.append(f"(.t counts from {since}, where this step begins)")
     return session, AnswerWithData("\n".join(lines), {label: str(found) for label, found in formulas})
+
+
+@COMMANDS.add("prove CLAIM")
+def prove(session: Session, argument: str) -> Answer:
+    """whether a claim, `prove Rod.B.x = 120`, holds in every position of the mechanism, not only in the film"""
+    from movimentum.workflow.prove import proof
+
+    text = argument.strip()
+    if not text:
+        raise refused("argument", "`prove` needs a claim", "prove Rod.B.x = 120")
+    with at_the_prompt(session, text):
+        found = proof(session, text, PROOF_S)
+    if found is None:
+        raise refused("expression", f"`{text}` is not a single claim", "prove Rod.B.x = 120")
+    lines = [found.verdict.value, *(f"  if {condition}" for condition in found.conditions)]
+    lines += [f"  {found.why}"] if found.why else []
+    spots = [f"{name} = [{number(x)}, {number(y)}]" for name, (x, y) in found.counterexample.items()]
+    lines += [f"  for instance where {', '.join(spots)}"] if spots else []
+    data = {
+        "verdict": found.verdict.value,
+        "conditions": list(found.conditions),
+        "why": found.why,
+        "counterexample": {name: list(spot) for name, spot in found.counterexample.items()},
+    }
+    return session, AnswerWithData("\n".join(lines), data)
+
+
+@COMMANDS.add("curve THING.ANCHOR")
+def curve(session: Session, argument: str) -> Answer:
+    """the equation of the path of a point, for all positions of the mechanism"""
+    from movimentum.workflow.curve import curve as found_curve
+
+    text = _name(argument, "curve Rod.B")
+    with at_the_prompt(session, text):
+        found = found_curve(session.work.source, session.work.engine.choices, text, PROOF_S)
+    equation = str(found.equation)
+    words = f"degree {found.degree}\n{equation} = 0"
+    return session, AnswerWithData(words, {"degree": found.degree, "equation": equation})
+
+
+def _is_long(found: Any) -> bool:
+    return int(found.count_ops()) > LONG
+
+
+def _steps(steps: list[tuple[str, Any]]) -> list[str]:
+    """Each step on a line of its own."""
+    import sympy
+
+    from movimentum.repl.spelling import spelled
+
+    return [
+        f"{name} = {spelled(value) or f'{sympy.sstr(value, full_prec=False)} (in words of SymPy)'}"
+        for name, value in steps
+    ]
 
 
 @COMMANDS.add("explain [CODE]")

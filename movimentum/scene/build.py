@@ -13,6 +13,7 @@ from movimentum.records import replace
 from movimentum.scene.claims import build_claims, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
 from movimentum.scene.constants import exact
+from movimentum.scene.cutting import Carve, CutProfile, carried, carved
 from movimentum.scene.expansion.expand import expand
 from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
@@ -21,23 +22,24 @@ from movimentum.scene.joints import attached, fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
-from movimentum.scene.looks import THEMES, Stated, dressed, says_nothing, supports
+from movimentum.scene.leaves import ContactPair
+from movimentum.scene.looks import Stated, dressed, says_nothing, supports
 from movimentum.scene.lower import Context, lower
+from movimentum.scene.mentions import mentioned_in, variables_of
 from movimentum.scene.model import (
     AnchorRef,
     Claim,
+    Config,
     Constraint,
     Ending,
-    GearPair,
     Relation,
     Scene,
     Step,
-    Variable,
 )
-from movimentum.scene.pairs import uncrossed
+from movimentum.scene.pairs import without_word
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
-    AngleUse,
+    UNPAINTED,
     PropertyUse,
     ResolvedStatement,
     ThingTable,
@@ -45,10 +47,12 @@ from movimentum.scene.resolve import (
     resolve,
 )
 from movimentum.scene.tables import ReadTable
+from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.scene.transitions import judge_transition
+from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
-from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, Name, postorder
+from movimentum.syntax.expression_tree import EXTREMES, Blank, Call, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
 from movimentum.things.kinds.skeleton import SKELETON
 
@@ -64,21 +68,41 @@ def build(
     added: Sequence[tuple[int, Statement | ClaimStatement]] = (),
     element: ElementPlace | None = None,
     read_table: ReadTable | None = None,
+    carve: Carve | None = None,
 ) -> Scene:
     """The scene that ``script`` describes; its warnings are in ``Scene.diagnostics``.
 
     ``image_size`` gives the (width, height) of an image by its path: the path in the script, joined to the script's
     folder; ``read_text`` likewise the text of an included file, ``element`` the centre of an element of an SVG, and
-    ``read_table`` a table. ``settings``: constant expressions by name, which take the place of the script's own
-    constants. ``added``: more statements for steps, by number, at places of their own.
-
-    Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong setting.
+    ``read_table`` a table. ``carve`` solves the film for what is cut in it. ``settings``: constant expressions by name,
+    which take the place of the script's own constants. ``added``: more statements for steps, by number, at places of
+    their own. Raises ScriptError with all errors of the script (and its warnings) at once, and UsageError for a wrong
+    setting.
     """
     findings = Findings(source)
     expanded = expand(script, source, findings, read_text or _no_files, settings or {}, added, read_table)
     findings.source = expanded.source
-    config = build_config(list(expanded.configs), max_pixels, findings)
-    assets = Assets(folder(source), image_size, element)
+
+    def finished(part: Expanded, profiles: Mapping[str, CutProfile], findings: Findings) -> Scene:
+        config = build_config(list(part.configs), max_pixels, read_text or _no_files, findings)
+        assets = Assets(
+            folder(source), image_size, element, read_table=read_table, tables=part.tables, profiles=profiles
+        )
+        return _scene(script, part, config, assets, tuple((settings or {}).items()), findings)
+
+    profiles = carved(expanded, finished, carve, findings)
+    return finished(expanded, profiles, findings)
+
+
+def _scene(
+    script: ScriptTree,
+    expanded: Expanded,
+    config: Config,
+    assets: Assets,
+    settings: tuple[tuple[str, str | Expr], ...],
+    findings: Findings,
+) -> Scene:
+    """The scene of a script that is written out."""
     table, options = build_things(expanded.definitions, expanded.placements, assets, findings)
     times = [step.time for step in expanded.steps]
     loop = build_loop(expanded, findings)
@@ -86,37 +110,46 @@ def build(
     stated = [each for each in sound if isinstance(each.statement, Statement)]
     claimed = [each for each in sound if isinstance(each.statement, ClaimStatement)]
     report_undetermined(stated, claimed, findings)
-    things, statements, claims = table.things, [], []
+    things, statements, claims, views = table.things, [], [], ()
     if inference:
-        names, start = tuple(_variables(stated, inference)), times[0] if times else Fraction(0)
+        names, start = tuple(variables_of(stated, inference)), times[0] if times else Fraction(0)
         things = build_texts(table, expanded.definitions, inference, names, start, findings)
         statements = _statements(stated, times, inference, table, findings)
+        statements += carried(things, len(statements))
         claims = build_claims(claimed, times, inference, table, findings)
+        views = build_views(expanded, table, inference, names, findings)
     _report_no_step(script, expanded, findings)
     found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
-    if findings.errors:
+    if findings.errors or inference is None:
         raise ScriptError(the_first(found))
-    assert inference is not None
     scene = Scene(
         source=expanded.source,
         config=config,
         things=things,
-        variables=_variables(stated, inference),
+        variables=variables_of(stated, inference),
         steps=_steps(expanded, statements, claims),
         diagnostics=tuple(found),
-        mentioned=_mentioned(stated),
+        mentioned=mentioned_in(stated, things),
         constants=expanded.constants,
-        settings=tuple((settings or {}).items()),
+        settings=settings,
         loop=loop,
         elements=assets.elements,
         tables=expanded.tables,
+        views=views,
+        changing=_properties(stated),
+        profiles=dict(assets.profiles),
     )
-    plain = "textbook" if says_nothing(expanded.definitions, config, _painted(stated)) else None
-    return _in_theme(scene, options, config.theme or plain)
+    return _in_theme(scene, options, config.style or _automatic_theme(expanded, scene))
 
 
-def _painted(stated: Sequence[ResolvedStatement]) -> bool:
-    return any(isinstance(use, PropertyUse) for resolved in stated for use in resolved.meanings.values())
+def _automatic_theme(expanded: Expanded, scene: Scene) -> Theme | None:
+    painted = any(name not in UNPAINTED for _, name in scene.changing)
+    return THEMES["textbook"] if says_nothing(expanded.definitions, scene.config, painted) else None
+
+
+def _properties(stated: Sequence[ResolvedStatement]) -> frozenset[tuple[int, str]]:
+    uses = (use for resolved in stated for use in resolved.meanings.values())
+    return frozenset((use.thing, use.name) for use in uses if isinstance(use, PropertyUse))
 
 
 def _place(item: Diagnostic) -> int:
@@ -140,20 +173,20 @@ def _steps(
     )
 
 
-def _in_theme(scene: Scene, options: Sequence[Stated], name: str | None) -> Scene:
+def _in_theme(scene: Scene, options: Sequence[Stated], theme: Theme | None) -> Scene:
     """The scene with its joints, and in its theme, if it has one."""
     skeletal = any(thing.kind is SKELETON for thing in scene.things)
-    if name is None and not skeletal and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
+    if theme is None and not skeletal and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
         return scene
     scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
-    if name is None:
+    if theme is None:
         grounds = supports(scene.things, fixed(scene.steps, scene.mentioned)) if skeletal else ()
         return replace(scene, grounds=grounds)
-    theme, config = THEMES[name], scene.config
+    config = scene.config
     things = dressed(scene.things, options, theme, scene.joints)
     return replace(
         scene,
-        config=replace(config, background=config.background or theme.background, theme=name),
+        config=replace(config, background=config.background or theme.background, style=theme),
         things=things,
         grounds=supports(things, fixed(scene.steps, scene.mentioned)),
     )
@@ -211,7 +244,7 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 def _resolved(
     statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings
 ) -> ResolvedStatement | None:
-    first, second, crossed = uncrossed(statement)
+    first, second, worded = without_word(statement)
     statement = replace(statement, left=first, right=second)
     if isinstance(statement, ClaimStatement):
         statement = at_one_time(statement)
@@ -219,7 +252,7 @@ def _resolved(
     ends = isinstance(statement.right, Blank)
     right = None if ends else tuple(postorder(statement.right))
     sign = statement.comparison if isinstance(statement, Statement) else None
-    meanings = resolve(left if right is None else (*left, *right), table, findings, crossed=crossed, sign=sign)
+    meanings = resolve(left if right is None else (*left, *right), table, findings, worded=worded, sign=sign)
     return None if meanings is None else ResolvedStatement(step, statement, left, right, meanings)
 
 
@@ -321,9 +354,21 @@ def _constraint(
         right=right,
         span=statement.span,
         left_span=statement.left.span,
+        touches=resolved.relation is Relation.EQUAL and _follows_contact(resolved),
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
     )
+
+
+def _follows_contact(resolved: ResolvedStatement) -> bool:
+    """Whether an equation's places of contact are followed. A variable that is the value of a gap only reads it."""
+    calls = {
+        node.function
+        for node in (*resolved.left, *(resolved.right or ()))
+        if isinstance(resolved.meanings.get(id(node)), ContactPair) and isinstance(node, Call)
+    }
+    read = isinstance(resolved.meanings.get(id(resolved.statement.left)), VariableUse)
+    return "where" in calls if read else bool(calls)
 
 
 def _warn_nothing_to_end(
@@ -345,34 +390,3 @@ def _warn_nothing_to_end(
         statement.span,
         helps=helps,
     )
-
-
-# --- what the scene needs to know of it all -------------------------------------------------------
-
-
-def _variables(items: list[ResolvedStatement], inference: Inference) -> dict[str, Variable]:
-    """The variables of all constraints, in the order of their first uses."""
-    found: dict[str, Variable] = {}
-    for resolved in items:
-        if resolved.right is None:
-            continue
-        for node in sorted((*resolved.left, *resolved.right), key=lambda item: item.span.start):
-            meaning = resolved.meanings.get(id(node))
-            if isinstance(node, Name) and isinstance(meaning, VariableUse) and meaning.name not in found:
-                vector = inference.variable_kind(meaning.name) is Kind.VECTOR
-                found[meaning.name] = Variable(meaning.name, vector, node.span)
-    return found
-
-
-def _mentioned(items: list[ResolvedStatement]) -> dict[int, int]:
-    """Thing number -> first step with a constraint that mentions it, on either side."""
-    found: dict[int, int] = {}
-    for resolved in items:
-        if resolved.right is not None:
-            for meaning in resolved.meanings.values():
-                if isinstance(meaning, AnchorRef | AngleUse | PropertyUse):
-                    found.setdefault(meaning.thing, resolved.step)
-                elif isinstance(meaning, GearPair):
-                    found.setdefault(meaning.first, resolved.step)
-                    found.setdefault(meaning.second, resolved.step)
-    return found

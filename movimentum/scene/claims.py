@@ -95,6 +95,7 @@ def _claim(
         told=(expression_text(claim.left), expression_text(claim.right)),
         strict=resolved.strict,
         tolerance=tolerance,
+        always=claim.always,
         purpose=claim.purpose,
         weight=weight,
     )

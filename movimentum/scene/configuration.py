@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from fractions import Fraction
 
 from movimentum.diagnostics import Fix, Label, insertion, replacement
+from movimentum.errors import MovimentumError
+from movimentum.records import replace
 from movimentum.scene import model
 from movimentum.scene.constants import exact
+from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.findings import Findings
-from movimentum.scene.looks import THEMES
 from movimentum.scene.options import choice, read_color, report_count, report_twice
 from movimentum.scene.text_edits import removed
-from movimentum.source import Span
+from movimentum.scene.themes import SUFFIX, THEMES, Theme, read_theme
+from movimentum.source import Span, folder
 from movimentum.syntax.expression_tree import Expression
 from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ConfigStatement, FilmLoop, Option, Text
@@ -27,8 +31,8 @@ _MAX_FPS = 10**9
 _OPTIONS = ("background", "theme")
 
 
-def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Findings) -> model.Config:
-    """The configuration; a wrong value is reported and replaced by its default."""
+def build_config(configs: list[ConfigStatement], max_pixels: int, read: ReadText, findings: Findings) -> model.Config:
+    """The configuration; a wrong value is reported and replaced by its default. ``read`` has the text of a theme."""
     if not configs:
         return model.Config(DEFAULT_FPS)
     first, *more = configs
@@ -51,7 +55,7 @@ def build_config(configs: list[ConfigStatement], max_pixels: int, findings: Find
         fps = _fps(first.arguments[0], findings)
         if len(first.arguments) == 3:
             size = _size(first.arguments[1], first.arguments[2], max_pixels, findings)
-    background, theme = _options(first.options, findings)
+    background, theme = _options(first.options, read, findings)
     return model.Config(fps, size, background, first.span, theme)
 
 
@@ -100,10 +104,12 @@ def _size(
     return found[0], found[1]
 
 
-def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int, int, int] | None, str | None]:
+def _options(
+    options: tuple[Option, ...], read: ReadText, findings: Findings
+) -> tuple[tuple[int, int, int] | None, Theme | None]:
     """The background and the theme."""
     background: tuple[int, int, int] | None = None
-    theme: str | None = None
+    theme: Theme | None = None
     seen: dict[str, Option] = {}
     for option in options:
         first = seen.get(option.name)
@@ -126,10 +132,26 @@ def _options(options: tuple[Option, ...], findings: Findings) -> tuple[tuple[int
         else:
             seen[option.name] = option
             if option.name == "theme":
-                theme = choice(option.arguments[0], "a theme", tuple(THEMES), findings)
+                theme = _theme(option.arguments[0], read, findings)
             else:
                 background = read_color(option.arguments[0], findings)
     return background, theme
+
+
+def _theme(argument: Expression | Text, read: ReadText, findings: Findings) -> Theme | None:
+    """A built-in theme, or one that a file beside the script states."""
+    name = argument.text if isinstance(argument, Text) else ""
+    if not name.lower().endswith(SUFFIX) or "\0" in name:
+        found = choice(argument, "a theme", tuple(THEMES), findings, (f"or name a file: `.theme('mine{SUFFIX}')`",))
+        return None if found is None else THEMES[found]
+    try:
+        file = read(os.path.join(folder(findings.source), name))
+    except MovimentumError as error:
+        for item in error.diagnostics:
+            code = "asset/missing" if item.code.startswith("usage/") else item.code
+            findings.add(replace(item, code=code, span=argument.span, helps=()))
+        return None
+    return read_theme(file, findings)
 
 
 def build_loop(expanded: Expanded, findings: Findings) -> Span | None:

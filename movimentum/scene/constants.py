@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import repeat
 
 from movimentum.diagnostics import replacement
-from movimentum.expressions import Expr
+from movimentum.expressions import Expr, named_origins
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
@@ -122,7 +122,25 @@ def _joined(first: Fraction, operators: Sequence[Operator], rest: Sequence[Fract
 def constant(root: Expression | Text, what: str, findings: Findings) -> float | None:
     """The value of a scalar expression without names, clocks and ``_``; None after an error."""
     value = constant_expression(root, what, findings)
-    return None if value is None else value.value
+    if value is None or value.value is None:
+        return None
+    if value.origin is not None and named_origins(value):
+        return StatedNumber(value.value, value)
+    return value.value
+
+
+class StatedNumber(float):
+    """A number computed from constants that keep their names: ``stated`` tells how (see `Expr.origin`)."""
+
+    __slots__ = ("stated",)
+
+    stated: Expr
+
+    def __new__(cls, value: float, stated: Expr) -> StatedNumber:
+        """The number."""
+        made = super().__new__(cls, value)
+        made.stated = stated
+        return made
 
 
 def constant_expression(root: Expression | Text, what: str, findings: Findings) -> Expr | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from movimentum.scene.build import build
+from movimentum.scene.cutting import profile_of
 from movimentum.scene.model import Scene
 from movimentum.source import SourceText, UnfoldedText
 from movimentum.syntax.parser import parse
@@ -36,4 +37,5 @@ class SceneExtender:
             added=more,
             element=lambda path, name: places.get((path, name), (0.0, 0.0)),
             read_table=self.scene.tables.__getitem__,
+            carve=lambda _, jobs: [profile_of(self.scene, job) for job in jobs],
         )

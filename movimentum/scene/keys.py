@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from movimentum.scene.cords import CORD, reversed_text
+from movimentum.scene.leaves import Wheel
 from movimentum.scene.resolve import AngleUse, ComponentUse, Meanings, PassedOn, ThingTable
 from movimentum.syntax.expression_tree import (
+    Call,
     Expression,
     Member,
     Name,
@@ -42,6 +45,11 @@ def key_text(root: Expression, meanings: Meanings, table: ThingTable) -> str:
             case Product():
                 operands, operators = _flat_product([of(item) for item in node.operands], node.operators)
                 made = Product(tuple(operands), tuple(operators))
+            case Call(function=word) if word == CORD:
+                wheels = [isinstance(meanings.get(id(item)), Wheel) for item in node.arguments]
+                there = [of(item) for item in node.arguments]
+                ways = (there, reversed_text(there, wheels))
+                made = min((rebuilt(node, way, node.span) for way in ways), key=expression_text)
             case _:
                 made = rebuilt(node, [of(item) for item in children(node)], node.span)
         new[id(node)] = made

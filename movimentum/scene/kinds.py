@@ -7,10 +7,21 @@ from collections.abc import Sequence
 from enum import StrEnum
 
 from movimentum.diagnostics import Label, insertion
+from movimentum.scene.cords import CORD
 from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import Wheel
 from movimentum.scene.model import AnchorRef
 from movimentum.scene.pairs import PAIRED
-from movimentum.scene.resolve import ComponentUse, KnownPlace, Meanings, PassedOn, Swallowed, VariableUse
+from movimentum.scene.resolve import (
+    CONTACT,
+    CURVE_VALUES,
+    ComponentUse,
+    KnownPlace,
+    Meanings,
+    PassedOn,
+    Swallowed,
+    VariableUse,
+)
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
     Call,
@@ -95,7 +106,7 @@ class Inference:
     def expression(self, nodes: Sequence[Expression], meanings: Meanings) -> None:
         """Take in an expression: its ``nodes``, children before parents."""
         for node in nodes:
-            if not isinstance(meanings.get(id(node)), Swallowed):
+            if not isinstance(meanings.get(id(node)), Swallowed | Wheel):
                 self._cells[id(node)] = self._cell(node, meanings)
 
     def require(self, node: Expression, kind: Kind, because: str) -> None:
@@ -201,7 +212,7 @@ class Inference:
             case Product():
                 return self._product(node)
             case Call():
-                return self._call(node)
+                return self._call(node, meanings)
             case Range():
                 for part in (node.subject, *node.values, *node.bounds):
                     self.require(part, Kind.SCALAR, "a range must consist of scalars")
@@ -218,10 +229,24 @@ class Inference:
             case _:
                 return Cell()
 
-    def _call(self, node: Call) -> Cell:
+    def _call(self, node: Call, meanings: Meanings) -> Cell:
         if node.function in ("i", "d"):
             return self._cells[id(node.arguments[0])]
         if node.function in PAIRED:
+            return Cell(Kind.SCALAR, node.span)
+        if node.function == CORD:
+            for argument in node.arguments:
+                if id(argument) in self._cells:  # and no wheel
+                    self.require(argument, Kind.VECTOR, "a cord runs from anchors and places to others, about wheels")
+            return Cell(Kind.SCALAR, node.span)
+        if node.function in CURVE_VALUES:
+            for place in node.arguments[1:]:
+                self.require(place, Kind.SCALAR, "a place on a curve is a number from 0 to 1")
+            return Cell(Kind.VECTOR if node.function in ("point", "tangent") else Kind.SCALAR, node.span)
+        if node.function in CONTACT:
+            for argument in node.arguments:
+                if not isinstance(meanings.get(id(argument)), Swallowed):
+                    self.require(argument, Kind.VECTOR, f"`.{node.function}` takes a point, such as `Rod.P`")
             return Cell(Kind.SCALAR, node.span)
         if node.function in ("at", "first", "last", "mean"):
             for time in node.arguments[1:]:

@@ -19,6 +19,9 @@ from movimentum.scene.shown import Piece, Shown, formatted
 from movimentum.syntax.expression_tree import Expression, Name, postorder
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import Definition, Option, Text, TextField
+from movimentum.things.kind import Valued
+from movimentum.things.kinds.trace import TRACE
+from movimentum.tolerances import LARGEST_VIEW, SMALLEST_VIEW
 
 LONGEST = 200
 """Characters that one number may have."""
@@ -72,25 +75,39 @@ def _valued(
     start: Fraction,
     findings: Findings,
 ) -> Thing:
-    """A thing with what it shows in every frame: the values of a graph."""
-    if not thing.kind.valued:
+    """A thing with what it shows in every frame: the values of a graph, or the conditions of a trace's pen."""
+    if not thing.kind.valued and thing.kind is not TRACE:
         return thing
     definition = next(item for item in definitions if item.name == thing.name)
+    if thing.kind is TRACE:
+        conditions = [each for part in definition.parts if isinstance(part, Option) and part.name == "while"
+                      for each in part.arguments if not isinstance(each, Text)]  # fmt: skip
+        asked = (inference, variables, table, start, findings, "`.while` compares")
+        found = [_read(node, Kind.SCALAR, *asked) for node in conditions]
+        return replace(thing, values=tuple(value for value in found if value is not None))
     over = [each for part in definition.parts if isinstance(part, Option) and part.name == "over"
             for each in part.arguments]  # fmt: skip
     values: list[tuple[Expr, ...]] = []
-    for node in (*over, *definition.shape.arguments):
+    detail = thing.kind.valued is Valued.DETAIL
+    if detail and len(definition.shape.arguments) != 2:
+        message = "an inset has a point, which is in its middle, and a zoom"
+        findings.error("syntax/arguments", message, definition.shape.span, helps=("write `.inset(Rod.A, 3)`",))
+        return thing
+    for number, node in enumerate((*over, *definition.shape.arguments)):
         if isinstance(node, Text):
             if node not in over:  # those have been refused
                 title = "write the expression without quotes"
                 helps = (replacement(title, node.span, node.text),)
                 findings.error("kind/mismatch", "this must be an expression", node.span, helps=helps)
             continue
-        kind = Kind.SCALAR if thing.kind.valued == 1 or node in over else Kind.VECTOR
-        value = _read(node, kind, inference, variables, table, start, findings)
+        point = thing.kind.valued is Valued.VELOCITIES or (detail and number == 0)
+        kind = Kind.VECTOR if point and node not in over else Kind.SCALAR
+        value = _read(node, kind, inference, variables, table, start, findings, detail=detail)
         if value is not None:
             values.append(value)
-    if not over and thing.kind.valued == 1:
+            if detail and number == 1:
+                judge_zoom(value[0], node, findings)
+    if not over and thing.kind.valued is Valued.NUMBERS:
         values.insert(0, (clock(start),))
     return replace(thing, values=tuple(values))
 
@@ -103,24 +120,40 @@ def _read(
     table: ThingTable,
     start: Fraction,
     findings: Findings,
+    asks: str = "a graph shows",
+    detail: bool = False,
 ) -> tuple[Expr, ...] | None:
-    """What has a value at a moment, derivatives included; None after an error."""
-    what = "a graph shows numbers, and this is a vector: its `.x`, `.y` or `.l`?"
+    """What has a value at a moment, derivatives included; None after an error. ``asks``: what for. ``detail``: of an
+    inset.
+    """
+    what = f"{asks} numbers, and this is a vector: its `.x`, `.y` or `.l`?"
     if kind is Kind.VECTOR:
         what = "a point has a velocity, and this is a number"
-    value = _known(node, kind, what, inference, variables, table, start, findings)
+    if detail:
+        what = f"an inset has a point and a zoom, and this is a {'number' if kind is Kind.VECTOR else 'vector'}"
+    value = known(node, kind, what, inference, variables, table, start, findings)
     for part in value or ():
         for each in walk(part):
             blank = each.op == "symbol" and isinstance(each.payload, Anonymous)
             if blank or each.op in ("integral", "lifetime", "phase"):
-                message = "a graph shows what is known at a moment: an integral, `_`, `.iv` or `.s` is not"
-                helps = ("state a variable in a step, `v = …;`, and show that: `.graph(v)`",)
+                shows = "an inset shows" if detail else asks
+                message = f"{shows} what is known at a moment: an integral, `_`, `.iv` or `.s` is not"
+                helps = ("state a variable in a step, `v = …;`, and name that here",)
                 findings.error("kind/mismatch", message, node.span, helps=helps)
                 return None
     return value
 
 
-def _known(
+def judge_zoom(zoom: Expr, node: Expression, findings: Findings) -> bool:
+    """Whether a zoom is neither too small nor too large, as far as that is known; reported where it is."""
+    if zoom.value is None or SMALLEST_VIEW <= zoom.value <= LARGEST_VIEW:
+        return True
+    message = f"a zoom is from {SMALLEST_VIEW:g} to {LARGEST_VIEW:g}"
+    findings.error("kind/out-of-range", message, node.span, f"this is {zoom.value:g}")
+    return False
+
+
+def known(
     node: Expression,
     kind: Kind,
     what: str,
@@ -129,8 +162,11 @@ def _known(
     table: ThingTable,
     start: Fraction,
     findings: Findings,
+    end: Fraction | None = None,
 ) -> tuple[Expr, ...] | None:
-    """An expression in the terms of the scene; None after an error."""
+    """An expression in the terms of the scene, in a step from ``start`` to ``end``; None after an error. ``what``: the
+    message where it is of another ``kind``.
+    """
     errors = findings.errors
     nodes = tuple(postorder(node))
     meanings = resolve(nodes, table, findings)
@@ -146,7 +182,7 @@ def _known(
     inference.finish()
     if findings.errors != errors:
         return None
-    return lower(nodes, meanings, Context(inference, findings, count(), start, things=table.things))
+    return lower(nodes, meanings, Context(inference, findings, count(), start, step_end=end, things=table.things))
 
 
 def _text_of(definition: Definition) -> Text | None:
@@ -165,7 +201,7 @@ def _shown(
 ) -> Shown | None:
     errors = findings.errors
     what = "a text shows numbers, and this is a vector"
-    value = _known(field.expression, Kind.SCALAR, what, inference, variables, table, start, findings)
+    value = known(field.expression, Kind.SCALAR, what, inference, variables, table, start, findings)
     if value is None:
         return None
     _check_format(field, findings)

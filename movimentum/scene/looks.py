@@ -11,6 +11,7 @@ from typing import Any
 
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorRef, Config, Thing
+from movimentum.scene.themes import EDGE_WIDTH, Theme
 from movimentum.syntax.tree import Definition, Option
 from movimentum.things.colors import INK
 from movimentum.things.kind import Color, Look, ThingKind
@@ -21,7 +22,6 @@ from movimentum.things.kinds.poles import POLODE
 from movimentum.things.options import COLOR
 from movimentum.things.registry import kind_of
 
-EDGE_WIDTH = 1.6
 LINK_WIDTH = 12.0
 """World pixels: the breadth of the links of a theme, where they are not short."""
 DARKER = 0.55
@@ -29,21 +29,9 @@ DARKER = 0.55
 SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed", "supports"})
 """Options that say something about looks."""
 
+_AS_STATED = ("dash", "cap", "opacity", "drawn", "arcs", "align", "layer")
 Stated = Mapping[str, Any]
 """What a definition says: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Theme:
-    """``ink``: of lines, edges and letters; ``paper``: inside pins and supports; ``fills``: of links, in turn;
-    ``accent``: of traces and vectors.
-    """
-
-    ink: Color
-    paper: Color
-    fills: tuple[Color, ...]
-    accent: Color
-    background: Color | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,39 +44,23 @@ class _Dress:
     jointed: bool
 
 
-_COLORS: tuple[Color, ...] = ((174, 199, 232), (253, 205, 152), (170, 214, 168), (240, 172, 168), (204, 186, 226))
-THEMES = {
-    "textbook": Theme((38, 38, 46), (255, 255, 255), (*_COLORS, (219, 209, 194)), (190, 40, 40)),
-    "print": Theme((0, 0, 0), (255, 255, 255), ((236, 236, 236), (206, 206, 206), (250, 250, 250)), (0, 0, 0)),
-    "dark": Theme(
-        (226, 229, 236),
-        (30, 32, 38),
-        ((74, 118, 173), (184, 120, 62), (82, 140, 92), (168, 80, 82), (124, 100, 168), (128, 120, 108)),
-        (255, 186, 96),
-        (30, 32, 38),
-    ),
-    "blueprint": Theme(
-        (235, 242, 252), (22, 62, 118), ((46, 92, 154), (62, 110, 174), (36, 78, 138)), (255, 226, 130), (22, 62, 118)
-    ),
-}
-"""The themes by name."""
-
-
 def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Look:
     """The look of a thing, in a theme or without one."""
-    given = {name: stated[name] for name in ("dash", "cap", "opacity", "drawn", "align", "layer") if name in stated}
+    given = {
+        name: stated[name] for name in ("dash", "cap", "opacity", "drawn", "arcs", "align", "layer") if name in stated
+    }
     color, fill, edge = (stated.get(name) for name in ("color", "fill", "edge"))
     outline, pins, edge_width = stated.get("width"), stated.get("pins"), None
     if dress is not None:
         theme = dress.theme
-        given |= {"ink": theme.ink, "pin_fill": theme.paper}
-        if kind.filled and "dash" not in stated:
+        given |= {"ink": theme.ink, "pin_fill": theme.paper, "curves": theme.curves}
+        if kind.filled and "dash" not in stated and "open" not in stated:
             circle = kind is DISC and outline is not None
             color = color or (theme.ink if circle else dress.fill)
             edge = edge if circle else edge or theme.ink
-            edge_width = EDGE_WIDTH
+            edge_width = theme.edge_width
             if pins is None and dress.jointed and kind.link:
-                pins = max(2.0, 0.27 * (outline or dress.width))
+                pins = max(2.0, 0.27 * (outline if outline and kind.broad else dress.width))
             outline = outline or kind.broad * dress.width or None
         elif kind.surface:
             color = color or dress.fill
@@ -111,6 +83,8 @@ def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Loo
         fixed="fixed" in stated,
         italic="italic" in stated,
         hidden="hidden" in stated,
+        still="still" in stated,
+        offstage="offstage" in stated,
         **given,
     )
 
@@ -125,15 +99,30 @@ def dressed(
     things: Sequence[Thing], stated: Sequence[Stated], theme: Theme, joints: frozenset[AnchorRef]
 ) -> tuple[Thing, ...]:
     """The things as ``theme`` draws them; what a definition says itself (``stated``, for each thing) stays."""
-    width = _link_width(things)
+    width = theme.link_width or _link_width(things)
     jointed = {ref.thing for ref in joints}
     made: list[Thing] = []
     filled = 0
     for thing, said in zip(things, stated, strict=True):
-        dress = _Dress(theme, theme.fills[filled % len(theme.fills)], width, thing.number in jointed)
+        own = _of_kind(theme, thing, said, thing.number in jointed)
+        pinned = thing.number in jointed and own.get("pins") is not False
+        own = {name: value for name, value in own.items() if value is not False}
+        dress = _Dress(theme, theme.fills[filled % len(theme.fills)], width, pinned)
         filled += thing.kind.filled
-        made.append(replace(thing, look=look_of(thing.kind, said, dress)))
+        made.append(replace(thing, look=look_of(thing.kind, {**own, **said}, dress)))
     return tuple(made)
+
+
+def _of_kind(theme: Theme, thing: Thing, said: Stated, jointed: bool) -> dict[str, Any]:
+    """What a theme says of all things of a kind, without what a definition says otherwise."""
+    own = dict(theme.kinds.get(thing.kind.word, {}))
+    if "color" in said:
+        own.pop("fill", None)
+    if own.get("italic") is False:
+        del own["italic"]
+    if own.get("pins") is True or not jointed:
+        own.pop("pins", None)
+    return own
 
 
 def _link_width(things: Iterable[Thing]) -> float:
@@ -147,18 +136,21 @@ def _link_width(things: Iterable[Thing]) -> float:
 
 
 def supports(things: Sequence[Thing], fixed: Mapping[AnchorRef, tuple[float, float]]) -> tuple[AnchorRef, ...]:
-    """The fixed anchors at which a theme draws a support, one for each place: those of links that show none yet."""
+    """The fixed anchors at which a theme draws a support, one for each place: those of links that show none yet. Where
+    several are at one place, the support is that of the last one that would cover it, else that of the first.
+    """
     grounds = [thing for thing in things if thing.kind is GROUND]
     shown = {ref for thing in grounds for ref in thing.through if isinstance(ref, AnchorRef)}
     taken = {place for ref, place in fixed.items() if ref in shown or things[ref.thing].look.fixed}
     taken |= {anchor.local for thing in grounds for anchor in thing.anchors}
-    found: list[AnchorRef] = []
+    found: dict[tuple[float, float], AnchorRef] = {}
     for ref, place in fixed.items():
         thing = things[ref.thing]
         if thing.kind.supported and not thing.hidden and place not in taken:
-            taken.add(place)
-            found.append(ref)
-    return tuple(found)
+            before = found.setdefault(place, ref)
+            if thing.kind.inside and (not things[before.thing].kind.inside or before.thing < ref.thing):
+                found[place] = ref
+    return tuple(found.values())
 
 
 def says_nothing(definitions: Sequence[Definition], config: Config, painted: bool) -> bool:

@@ -7,9 +7,8 @@ Degrees stay degrees. ``.t`` becomes a clock that starts with the step, ``.T`` o
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from typing import TypeVar
 
 from movimentum.diagnostics import replacement
 from movimentum.expressions import (
@@ -33,8 +32,10 @@ from movimentum.expressions import (
 )
 from movimentum.expressions.tables import Table
 from movimentum.records import dataclass, field
+from movimentum.scene.cords import CORD, cord_of
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.leaves import ContactPair, Wheel
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
@@ -47,6 +48,7 @@ from movimentum.scene.model import (
 )
 from movimentum.scene.reductions import is_reduction, reduced
 from movimentum.scene.resolve import (
+    CONTACT,
     AngleUse,
     ComponentUse,
     KnownPlace,
@@ -57,7 +59,18 @@ from movimentum.scene.resolve import (
     Swallowed,
     VariableUse,
 )
-from movimentum.scene.values import Value, from_line, length_of, number, piecewise, ranged, transition
+from movimentum.scene.values import (
+    Value,
+    from_line,
+    left_to_right,
+    length_of,
+    number,
+    paired,
+    piecewise,
+    ranged,
+    times,
+    transition,
+)
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
     Blank,
@@ -91,8 +104,6 @@ _LONG = 8
 OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERATIONS if some.word is not None}
 """The language's functions (see `syntax.words`), and the operations that they are."""
 
-T = TypeVar("T")
-
 
 @dataclass(frozen=True, slots=True)
 class Context:
@@ -121,7 +132,7 @@ def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> 
     values: dict[int, Value] = {}
     for node in nodes:
         meaning = meanings.get(id(node))
-        if isinstance(meaning, Swallowed):
+        if isinstance(meaning, Swallowed | Wheel):
             continue
         value = _leaf(node, meanings, context)
         if value is None:
@@ -229,13 +240,21 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
                 for sign, operand in zip(signs, node.operands, strict=True)
             ]
             if len(terms) <= _LONG:
-                return tuple(_left_to_right(add, parts) for parts in zip(*terms, strict=True))
-            return tuple(_paired(add, parts) for parts in zip(*terms, strict=True))
+                return tuple(left_to_right(add, parts) for parts in zip(*terms, strict=True))
+            return tuple(paired(add, parts) for parts in zip(*terms, strict=True))
         case Product():
             return _product(node, values, context)
         case Call():
+            meaning = meanings.get(id(node))
+            if isinstance(meaning, ContactPair):
+                from movimentum.scene.contact import contact_value  # few scripts have any
+
+                points = [values.get(id(argument)) for argument in node.arguments]
+                return contact_value(node.function, meaning, points, context.things)
             if node.function in ("across", "along"):
                 return _from_line(node, [of(argument) for argument in node.arguments], meanings, context)
+            if node.function == CORD:
+                return (cord_of(node, values, meanings, context.things, context.findings) or ONE,)
             return _call(node, [of(argument) for argument in node.arguments], context)
         case Range():
             return ranged(node, values)
@@ -312,7 +331,7 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
         case word if is_reduction(node) and (context.reduces or word not in ("min", "max")):
             return reduced(node, arguments, context.findings, allowed=context.reduces)
         case "min" | "max":
-            return (_paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
+            return (paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
         case _:
             return (call(OPERATION_OF[node.function], *(part for (part,) in arguments)),)
 
@@ -334,42 +353,23 @@ def _product(node: Product, values: dict[int, Value], context: Context) -> Value
         for operator, operand in zip(node.operators, node.operands[1:], strict=True):
             value = values[id(operand)]
             if operator is Operator.TIMES:
-                result = _times(result, value)
+                result = times(result, value)
             else:
                 result = tuple(div(part, value[0]) for part in result)
         return result
-    top = _paired(_times, above)
+    top = paired(times, above)
     if not below:
         return top
-    bottom = _paired(_times, below)
+    bottom = paired(times, below)
     return tuple(div(part, bottom[0]) for part in top)
-
-
-def _times(a: Value, b: Value) -> Value:
-    if len(a) == 1:
-        return tuple(mul(a[0], part) for part in b)
-    return tuple(mul(part, b[0]) for part in a)
-
-
-def _left_to_right(join: Callable[[T, T], T], items: Sequence[T]) -> T:
-    result = items[0]
-    for item in items[1:]:
-        result = join(result, item)
-    return result
-
-
-def _paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
-    row = list(items)
-    while len(row) > 1:
-        row = [join(row[i], row[i + 1]) if i + 1 < len(row) else row[i] for i in range(0, len(row), 2)]
-    return row[0]
 
 
 def _checked(node: Expression, value: Value, values: dict[int, Value], context: Context) -> Value:
     """``value``, or ones if constants have led out of the real numbers (which is reported once, where it happens)."""
     good = all(part.value is None or math.isfinite(part.value) for part in value)
-    # of constants, and no constant itself
-    grows = isinstance(node, Transition) or (isinstance(node, Call) and (node.function == "i" or is_reduction(node)))
+    # of constants (the places of a cord, on a curve), and no constant itself
+    made = isinstance(node, Call) and (node.function in {"i", CORD, *CONTACT} or is_reduction(node))
+    grows = isinstance(node, Transition) or made
     if good and not grows and any(part.value is None for part in value):
         below = [values[id(child)] for child in children(node) if id(child) in values]
         constant = bool(below) and all(part.value is not None for parts in below for part in parts)

@@ -8,6 +8,7 @@ local coordinates for world coordinates. Angles are in degrees, counter-clockwis
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from enum import StrEnum
 from fractions import Fraction
 from typing import TypeAlias
@@ -17,8 +18,9 @@ from movimentum.expressions import Expr, const
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
-from movimentum.scene.shown import Piece
+from movimentum.scene.shown import CameraView, Piece
 from movimentum.scene.tables import Tables
+from movimentum.scene.themes import Theme
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
 from movimentum.things.kind import Look, Own, ThingKind
@@ -51,7 +53,9 @@ class ThingAngle:
 
 @dataclass(frozen=True, slots=True)
 class ThingProperty:
-    """``opacity`` (0 to 1), ``red``, ``green`` or ``blue`` (0 to 255) of a thing."""
+    """``opacity`` (0 to 1), ``red``, ``green`` or ``blue`` (0 to 255), ``visible`` (1 or 0), ``layer`` or ``scale`` of
+    a thing.
+    """
 
     thing: int
     name: str
@@ -84,15 +88,6 @@ class GearPair:
     second: int
     belt: bool
     crossed: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Bearing:
-    """The direction from one anchor to another, in degrees, continuous over time; ``drawn``: as they are drawn."""
-
-    start: AnchorRef
-    end: AnchorRef
-    drawn: float
 
 
 # --- things ---------------------------------------------------------------------------------------
@@ -180,6 +175,15 @@ class Thing:
         return self.look.hidden
 
     @property
+    def layer(self) -> float:
+        """Higher is nearer. Without a ``.layer`` it is the number of its definition; supports and guides are under
+        everything.
+        """
+        if self.look.layer is not None:
+            return self.look.layer
+        return -1.0 if self.kind.under else float(self.number)
+
+    @property
     def picture(self) -> SpriteImage | None:
         """The picture that a sprite shows."""
         return self.own if isinstance(self.own, SpriteImage) else None
@@ -209,9 +213,13 @@ class Thing:
         return self.own.radius if isinstance(self.own, Round) else None
 
     def undriven(self, name: str) -> float:
-        """The value of a property ("opacity", "red", "green", "blue") if nothing states it."""
+        """The value of a property (see `ThingProperty`) if nothing states it."""
         if name == "opacity":
             return self.look.opacity
+        if name == "layer":
+            return self.layer
+        if name in ("visible", "scale"):
+            return 1.0
         return float(self.look.paint[("red", "green", "blue").index(name)])
 
 
@@ -237,7 +245,8 @@ class Constraint:
     what a later step can restate or end. ``anchor`` is set where the left-hand side is just one anchor. ``.t`` is
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
     ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
-    gears or a belt, whose leaves the timeline has replaced.
+    gears or a belt, whose leaves the timeline has replaced. ``touches``: it is an equation whose places of contact are
+    followed.
     """
 
     number: int
@@ -252,6 +261,7 @@ class Constraint:
     strict: bool = False
     speed: float | None = None
     paired: bool = False
+    touches: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +271,7 @@ class Claim:
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
     bare ``_`` is not claimed and left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a
-    default that depends on the scene's size. ``told`` has the script's text of each side.
+    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved.
     """
 
     number: int
@@ -276,6 +286,7 @@ class Claim:
     tolerance: Fraction | None = None
     purpose: Purpose = Purpose.CLAIM
     weight: float = 1.0
+    always: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,7 +320,12 @@ class Config:
     size: tuple[int, int] | None = None
     background: tuple[int, int, int] | None = None
     span: Span | None = None
-    theme: str | None = None
+    style: Theme | None = None
+
+    @property
+    def theme(self) -> str | None:
+        """The name of its theme, or the file that states it."""
+        return None if self.style is None else self.style.name
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,38 +345,46 @@ class Scene:
     """Constants that were set from outside: (name, expression)."""
     loop: Span | None = None
     """Where the script says that the film begins again at its end (``.loop;``)."""
-    joints: frozenset[AnchorRef] = frozenset()
-    """Anchors that equations join to anchors of other things, or that are fixed."""
+    joints: frozenset[AnchorRef] = frozenset()  # anchors that equations join to others, or that are fixed
     grounds: tuple[AnchorRef, ...] = ()
     """Fixed anchors that are drawn with a support although the script does not say so."""
     elements: Elements = field(default_factory=Elements)
     """The elements of drawings that anchors are named after."""
     tables: Tables = field(default_factory=Tables)
     """The tables that it reads of files."""
+    views: tuple[CameraView, ...] = ()  # what the camera shows, by time
+    changing: frozenset[tuple[int, str]] = frozenset()  # properties that statements mention: thing number and name
+    profiles: Mapping[str, object] = field(default_factory=dict[str, object])  # of what is cut, see `scene.cutting`
 
     def drawing_order(self) -> tuple[int, ...]:
-        """Thing numbers from back to front: by layer, then by order of definition.
+        """Thing numbers from back to front: by layer, then by order of definition. Those of a group lie together."""
+        gathered, things = self.gathered, self.things
 
-        A thing without a ``.layer`` has its definition number for a layer; supports and guides are under everything.
-        """
+        def place(thing: Thing) -> tuple[float, int, float, int]:
+            whole = things[gathered.get(thing.number, thing.number)]
+            return whole.layer, whole.number, thing.layer, thing.number
 
-        def layer(thing: Thing) -> float:
-            if thing.look.layer is not None:
-                return thing.look.layer
-            return -1.0 if thing.kind.under else thing.number
+        return tuple(thing.number for thing in sorted(things, key=place))
 
-        return tuple(thing.number for thing in sorted(self.things, key=lambda t: (layer(t), t.number)))
+    @property
+    def gathered(self) -> dict[int, int]:
+        """The number of a thing -> that of the first group that it is in."""
+        groups = [thing for thing in self.things if thing.kind.gathers]
+        return {number: group.number for group in reversed(groups) for number in group.about}
+
+    def changes(self, name: str) -> bool:
+        """Whether a statement mentions a property of that name."""
+        return any(each == name for _, each in self.changing)
 
     def local(self, ref: PointRef) -> tuple[float, float]:
         """Where a point is in the local frame of its thing."""
-        if isinstance(ref, FixedPoint):
-            return ref.anchor.local
-        return self.things[ref.thing].anchors[ref.anchor].local
+        return ref.anchor.local if isinstance(ref, FixedPoint) else self.things[ref.thing].anchors[ref.anchor].local
 
     @property
     def shows_numbers(self) -> bool:
         """Whether its pictures show anything but where things are: numbers in texts, velocities."""
-        return any(thing.pieces or thing.values or thing.about or thing.kind is VECTOR for thing in self.things)
+        live = (thing.pieces or thing.values or thing.about or thing.kind is VECTOR for thing in self.things)
+        return bool(self.views) or any(live)
 
     def constraints(self) -> tuple[Constraint, ...]:
         """All constraints, by number."""

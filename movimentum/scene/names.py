@@ -9,11 +9,11 @@ from fractions import Fraction
 from movimentum.expressions import Expr, walk
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Table
+from movimentum.scene.leaves import Bearing, ContactPlace, Cord, Stop, Wheel
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
     Anonymous,
-    Bearing,
     GearPair,
     Scene,
     ThingAngle,
@@ -49,14 +49,32 @@ def symbol_name(scene: Scene, payload: Hashable) -> str:
         case GearPair():
             pair = f"({scene.things[payload.first].name}, {scene.things[payload.second].name})"
             return (f".belt{pair}" + ".crossed" * payload.crossed) if payload.belt else f".mesh{pair}"
+        case ContactPlace():
+            return "(place of contact)"
         case Bearing():
-            return f".a([1, 0], {anchor_name(scene, payload.end)} - {anchor_name(scene, payload.start)})"
+            match payload.about:
+                case (Cord() as cord, int() as stop):
+                    return f"the turn of {symbol_name(scene, cord)} at {_stop_name(scene, cord.stops[stop])}"
+                case (AnchorRef() as start, AnchorRef() as end):
+                    return f".a([1, 0], {anchor_name(scene, end)} - {anchor_name(scene, start)})"
+        case Cord(stops, grips):
+            return f".cord({', '.join(_stop_name(scene, stop) for stop in stops)})" + ".grips" * grips
         case VariableComponent():
             return payload.name if payload.axis is None else f"{payload.name}.{_AXES[payload.axis]}"
         case Anonymous():
             return "_" if payload.axis is None else f"_.{_AXES[payload.axis]}"
         case _:
             return str(payload)
+
+
+def _stop_name(scene: Scene, stop: Stop) -> str:
+    match stop:
+        case Wheel(thing, side):
+            return "-" * (side < 0) + scene.things[thing].name
+        case AnchorRef():
+            return anchor_name(scene, stop)
+        case (x, y):
+            return f"[{float_text(x.value or 0.0)}, {float_text(y.value or 0.0)}]"
 
 
 def float_text(value: float) -> str:
@@ -128,6 +146,8 @@ def _written(scene: Scene, node: Expr, tight: Callable[[Expr, int], str]) -> tup
             return f"{{ {e} : {below} > {bound} : {above} }}", _ATOM
         case "integral" | "derivative":
             return f".{node.op[0]}({tight(args[0], _SUM)})", _ATOM
+        case "nearest" | "nearest-turned":
+            return "(place of contact)", _ATOM
         case "table":
             assert isinstance(node.payload, Table)
             return _table_text(node.payload, tight(args[0], _SUM)), _ATOM

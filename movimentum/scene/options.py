@@ -66,8 +66,10 @@ def _whole(argument: Argument, what: str, least: int, most: int, findings: Findi
     return None if value is None else round(value)
 
 
-def choice(argument: Argument, what: str, words: tuple[str, ...], findings: Findings) -> str | None:
-    """One of a few words, written as a text; None after an error."""
+def choice(
+    argument: Argument, what: str, words: tuple[str, ...], findings: Findings, otherwise: tuple[str, ...] = ()
+) -> str | None:
+    """One of a few words, written as a text; None after an error, whose help is ``otherwise`` if no word is alike."""
     if isinstance(argument, Text) and argument.text in words:
         return argument.text
     said = argument.text if isinstance(argument, Text) else argument.name if isinstance(argument, Name) else ""
@@ -77,7 +79,7 @@ def choice(argument: Argument, what: str, words: tuple[str, ...], findings: Find
         "kind/mismatch",
         f"{what} is one of {listed}",
         argument.span,
-        helps=(replacement(f"write `'{guess}'`", argument.span, f"'{guess}'"),) if guess else (),
+        helps=(replacement(f"write `'{guess}'`", argument.span, f"'{guess}'"),) if guess else otherwise,
     )
     return None
 
@@ -136,6 +138,17 @@ def _expressions(arguments: Sequence[Argument], findings: Findings) -> tuple[Exp
     return tuple(argument for argument in arguments if not isinstance(argument, Text))
 
 
+def _function(arguments: Sequence[Argument], rule: OptionRule, findings: Findings) -> tuple[Expression, ...] | None:
+    """The name of a parameter, and an expression of it."""
+    parameter = arguments[0]
+    if not isinstance(parameter, Name):
+        message = f"`.{rule.name}` begins with the name of its parameter"
+        helps = (f"write `.{rule.name}(u, …)`, with u in what follows",)
+        findings.error("kind/mismatch", message, parameter.span, helps=helps)
+        return None
+    return _expressions(arguments, findings)
+
+
 # --- reading --------------------------------------------------------------------------------------
 
 
@@ -158,6 +171,8 @@ def value_of(rule: OptionRule, arguments: Sequence[Argument], findings: Findings
             return _text(arguments[0], findings)
         case OptionForm.NAMES:
             return _names(arguments, findings)
+        case OptionForm.ARC:
+            return _expressions(arguments, findings)
         case OptionForm.DASH:
             return _dash(arguments, rule.what, findings)
         case OptionForm.OPACITY:
@@ -170,8 +185,10 @@ def value_of(rule: OptionRule, arguments: Sequence[Argument], findings: Findings
         case OptionForm.SIDES:
             sides = [positive(argument, rule.what, findings) for argument in arguments]
             return None if None in sides else tuple(sides)
-        case OptionForm.EXPRESSIONS:
+        case OptionForm.EXPRESSIONS | OptionForm.PLACES:
             return _expressions(arguments, findings)
+        case OptionForm.FUNCTION:
+            return _function(arguments, rule, findings)
         case OptionForm.PINS:
             return positive(arguments[0], rule.what, findings) if arguments else PIN_RADIUS
 
@@ -185,12 +202,12 @@ def read_options(options: list[Option], kind: ThingKind, findings: Findings) -> 
         if rule is None:
             continue
         first = seen.setdefault(option.name, option)
-        if first is not option:
+        if first is not option and not rule.again:
             report_twice(option, first.span, findings)
         elif not rule.least <= len(option.arguments) <= rule.most:
             _report_count(option, rule, findings)
         elif (value := value_of(rule, option.arguments, findings)) is not None:
-            read[rule.key] = value
+            read[rule.key] = [*read.get(rule.key, ()), value] if rule.again else value
             if rule is FIXED:
                 _note_fixed(option, findings)
     return read

@@ -11,35 +11,32 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ClaimStatement, Statement
+from movimentum.syntax.words import ENDING_WORDS
 from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
 from movimentum.tolerances import SAME_MODULE
 
 PAIRED = frozenset({"mesh", "belt"})
 """The functions whose arguments are things."""
-CROSSED = "crossed"
 
 
-def is_crossed(node: Expression) -> bool:
-    """``.belt(A, B) .crossed``."""
-    return (
-        isinstance(node, Member)
-        and node.name == CROSSED
-        and isinstance(node.operand, Call)
-        and node.operand.function == "belt"
-    )
+def has_word(node: Expression) -> bool:
+    """``.belt(A, B) .crossed`` and its like."""
+    if not isinstance(node, Member) or not isinstance(node.operand, Call):
+        return False
+    return ENDING_WORDS.get(node.name) == node.operand.function
 
 
-def uncrossed(statement: Statement | ClaimStatement) -> tuple[Expression, Expression, bool]:
-    """Both sides without ``.crossed``, wherever it is written (``.belt(A, B) .crossed = 0``, ``.belt(A, B) = 0
-    .crossed``), and whether it is: a belt has one key, however it runs.
+def without_word(statement: Statement | ClaimStatement) -> tuple[Expression, Expression, bool]:
+    """Both sides without such a word, wherever it is written (``.belt(A, B) .crossed = 0``, ``.belt(A, B) = 0
+    .crossed``), and whether there is one: it does not belong to the key.
     """
-    left, right, crossed = statement.left, statement.right, False
-    if is_crossed(left):
+    left, right, worded = statement.left, statement.right, False
+    if has_word(left):
         assert isinstance(left, Member)
-        left, crossed = left.operand, True
-    if isinstance(left, Call) and left.function == "belt" and isinstance(right, Member) and right.name == CROSSED:
-        right, crossed = right.operand, True
-    return left, right, crossed
+        left, worded = left.operand, True
+    if isinstance(left, Call) and isinstance(right, Member) and ENDING_WORDS.get(right.name) == left.function:
+        right, worded = right.operand, True
+    return left, right, worded
 
 
 def pair_of(node: Call, known: dict[str, Thing], findings: Findings) -> GearPair | None:

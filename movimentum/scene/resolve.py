@@ -8,13 +8,16 @@ from fractions import Fraction
 from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.expressions import Expr
 from movimentum.records import dataclass, replace
+from movimentum.scene.cords import CORD, CordUse, wheels_of
 from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import ContactPair, Wheel
 from movimentum.scene.model import AnchorRef, GearPair, Relation, Thing
-from movimentum.scene.pairs import PAIRED, is_crossed, pair_of
+from movimentum.scene.pairs import PAIRED, has_word, pair_of
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Number
+from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Negate, Number
 from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.things.kinds.trace import TRACE
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +36,14 @@ class AngleUse:
 
 @dataclass(frozen=True, slots=True)
 class PropertyUse:
-    """``Thing.opacity``, ``.red``, ``.green``, ``.blue``."""
+    """``Thing.opacity`` and other looks (see `scene.model.ThingProperty`)."""
 
     thing: int
     name: str
+
+
+UNPAINTED = frozenset({"visible", "layer", "scale"})
+"""Properties that are neither an opacity nor a colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +55,7 @@ class ComponentUse:
 
 @dataclass(frozen=True, slots=True)
 class PassedOn:
-    """The value of what is below: ``.crossed`` behind a belt, which has been heard."""
+    """The value of what is below: ``.crossed`` behind a belt, ``.grips`` behind a cord."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +70,28 @@ class KnownPlace:
     value: tuple[Expr, Expr]
 
 
-Meaning = VariableUse | AnchorRef | AngleUse | PropertyUse | ComponentUse | Swallowed | KnownPlace | PassedOn | GearPair
+Meaning = (
+    VariableUse
+    | AnchorRef
+    | AngleUse
+    | PropertyUse
+    | ComponentUse
+    | Swallowed
+    | KnownPlace
+    | PassedOn
+    | GearPair
+    | CordUse
+    | Wheel
+    | ContactPair
+)
 Meanings = dict[int, Meaning]
 """``id`` of a `Name`, a `Member` or a call with things for arguments -> what it stands for."""
+
+
+CURVE_VALUES = frozenset({"point", "tangent", "curvature", "length"})
+"""The functions about a curve, at a place on it."""
+CONTACT = frozenset({"on", "where", "gap", "roll", *CURVE_VALUES})
+"""The functions about outlines, whose arguments are things and points."""
 
 
 class ThingTable:
@@ -96,33 +122,26 @@ def resolve(
     table: ThingTable,
     findings: Findings,
     *,
-    crossed: bool = False,
+    worded: bool = False,
     sign: Comparison | None = None,
 ) -> Meanings | None:
     """The meanings of all names among ``nodes`` (an expression's, all of them); None after an error.
 
     What follows a thing is its anchor of that name, if it has one; otherwise one of the language's own words.
-    ``crossed``: the last call of ``.belt`` is that of a crossed belt. ``sign``: that of the statement
-    that the last node ends.
+    ``worded``: the word of a belt (``.crossed``) or a cord (``.grips``) is stated. ``sign``: that of the statement that
+    the last node ends.
     """
-    meanings: Meanings = {}
     errors = findings.errors
-    for node in nodes:
-        if isinstance(node, Call) and node.function in PAIRED:
-            pair = pair_of(node, {thing.name: thing for thing in table.things}, findings)
-            if pair is not None:
-                meanings[id(node)] = replace(pair, crossed=crossed and pair.belt)
-            for argument in node.arguments:
-                meanings[id(argument)] = Swallowed()
-                if isinstance(argument, Member):
-                    meanings[id(argument.operand)] = Swallowed()
+    meanings = _about_things(nodes, table, findings, worded=worded)
     for node in nodes:
         if id(node) in meanings:
             continue
-        if isinstance(node, Member) and is_crossed(node):
+        if isinstance(node, Member) and has_word(node):
             pair = meanings.get(id(node.operand))
             if isinstance(pair, GearPair):
                 meanings[id(node.operand)] = replace(pair, crossed=True)
+            elif isinstance(pair, CordUse):
+                meanings[id(node.operand)] = CordUse(grips=True)
             meanings[id(node)] = PassedOn()
         elif sign is not None and isinstance(node, Member) and _is_option(node, nodes[-1], table, findings):
             meanings |= {id(node): Swallowed(), id(node.operand): meanings.get(id(node.operand), Swallowed())}
@@ -141,6 +160,44 @@ def resolve(
             else:
                 _report_thing_as_value(node, table.things[thing], findings)
     return meanings if findings.errors == errors else None
+
+
+def _contact(node: Call, table: ThingTable, meanings: Meanings, findings: Findings) -> None:
+    from movimentum.scene.contact import contact_of  # few scripts have any
+
+    known = {thing.name: thing for thing in table.things}
+    pair = contact_of(node, known, findings)
+    if pair is not None:
+        meanings[id(node)] = pair
+    for number, argument in enumerate(node.arguments):
+        place = number == 1 and node.function in CURVE_VALUES
+        if isinstance(argument, Name) and not place and (pair is None or argument.name in known):
+            meanings[id(argument)] = Swallowed()
+
+
+def _about_things(nodes: Sequence[Expression], table: ThingTable, findings: Findings, *, worded: bool) -> Meanings:
+    """The meanings of calls whose arguments are things, and of these."""
+    meanings: Meanings = {}
+    for node in nodes:
+        if isinstance(node, Call) and node.function == CORD:
+            meanings[id(node)] = CordUse(worded)
+            wheels = wheels_of(node, {thing.name: thing for thing in table.things}, findings)
+            for argument in node.arguments:
+                if id(argument) in wheels:
+                    meanings[id(argument)] = wheels[id(argument)]
+                    if isinstance(argument, Negate):
+                        meanings[id(argument.operand)] = Swallowed()
+        if isinstance(node, Call) and node.function in PAIRED:
+            pair = pair_of(node, {thing.name: thing for thing in table.things}, findings)
+            if pair is not None:
+                meanings[id(node)] = replace(pair, crossed=worded and pair.belt)
+            for argument in node.arguments:
+                meanings[id(argument)] = Swallowed()
+                if isinstance(argument, Member):
+                    meanings[id(argument.operand)] = Swallowed()
+        elif isinstance(node, Call) and node.function in CONTACT:
+            _contact(node, table, meanings, findings)
+    return meanings
 
 
 def _is_option(node: Member, last: Expression, table: ThingTable, findings: Findings) -> bool:
@@ -215,9 +272,22 @@ def _member_of_thing(node: Member, thing: Thing, table: ThingTable, findings: Fi
         findings.error("kind/mismatch", message, node.span)
         return None
     if word is not None:
+        lacking = _lacking(thing, word)
+        if lacking:
+            findings.error("kind/mismatch", f"`{thing.name}` is {thing.called}, {lacking}", node.span)
+            return None
         return PropertyUse(thing.number, word)
     report_unknown_anchor(thing, node.name, node.name_span, table, findings)
     return None
+
+
+def _lacking(thing: Thing, word: str) -> str:
+    """Why a thing has no property ``word``; nothing if it has."""
+    if word == "scale" and (not thing.is_body or thing.kind.valued):
+        return "which has no size of its own"
+    if word == "layer" and thing.kind is TRACE:
+        return "which is over all things, or with `.whole` under them"
+    return ""
 
 
 def report_unknown_anchor(thing: Thing, name: str, span: Span, table: ThingTable, findings: Findings) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TypeAlias
 
 from movimentum.expressions import Expr
@@ -40,6 +41,12 @@ CIRCLE = ("circle x", "circle y", "circle r")
 """The same for the centre and the radius of an inflection circle."""
 
 
+FILM = -1
+"""What has the number of a thing among the properties of poses, but is none: the film."""
+CAMERA = ("camera x", "camera y", "camera rest", "camera zoom")
+"""What the camera shows: the world point (x, y) and ``rest`` times the middle of the canvas is in the middle."""
+
+
 def value_name(number: int, axis: int = 0) -> str:
     """The name of a component of value number ``number`` of a graph and the like among the properties of poses."""
     return f"value {number} {axis}"
@@ -48,3 +55,17 @@ def value_name(number: int, axis: int = 0) -> str:
 def text_number(number: int) -> str:
     """The name of number ``number`` of a thing's text among the properties of poses."""
     return f"text {number}"
+
+
+@dataclass(frozen=True, slots=True)
+class CameraView:
+    """What the camera shows from ``begin`` on: the point ``centre`` (nothing: the middle of the canvas) in the middle,
+    everything ``zoom`` times as large. It goes there, eased, until ``until`` (None, or ``cut``: it is there at once).
+    """
+
+    begin: Fraction
+    until: Fraction | None
+    cut: bool
+    centre: tuple[Expr, ...]
+    zoom: Expr
+    span: Span

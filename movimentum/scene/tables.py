@@ -9,6 +9,9 @@ from movimentum.expressions.tables import Ends, Table
 from movimentum.records import dataclass
 from movimentum.syntax.printer import table_options, text_literal
 
+POINTS = "points of a curve"
+"""The ``column`` of a file that is read as points: its first two columns (or those called x and y), in any order."""
+
 
 @dataclass(frozen=True, slots=True)
 class TableColumn:

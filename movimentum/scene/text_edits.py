@@ -80,10 +80,11 @@ def turned_round(scene: Scene, item: Constraint) -> Edit | None:
 def tolerated(source: SourceText, claim: Claim, tolerance: str) -> Edit:
     """A claim with another tolerance."""
     text = source.slice(claim.span)
+    end = claim.span.start + len(text.removesuffix(".always").rstrip()) if claim.always else claim.span.end
     given = _WITHIN.search(text) if claim.tolerance is not None else None
     if given is None:
-        return Edit(Span(claim.span.end, claim.span.end), f" .within({tolerance})")
-    return Edit(Span(claim.span.start + given.start(), claim.span.end), f".within({tolerance})")
+        return Edit(Span(end, end), f" .within({tolerance})")
+    return Edit(Span(claim.span.start + given.start(), end), f".within({tolerance})")
 
 
 def lengthened(thing: Thing, factor: float) -> Edit | None:

@@ -11,18 +11,26 @@ from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.anchors import build_anchors, moved
+from movimentum.scene.arcs import check_shape, read_arcs
+from movimentum.scene.cutting import CutProfile, cut_things
 from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
 from movimentum.scene.looks import Stated, look_of
-from movimentum.scene.model import Anchor, AnchorRef, Elements, FixedPoint, PointRef, Thing
+from movimentum.scene.model import Anchor, Elements, Thing
 from movimentum.scene.options import read_options, value_of
-from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
+from movimentum.scene.points import course_of, points_of
+from movimentum.scene.resolve import ThingTable, report_unknown_thing
+from movimentum.scene.tables import ReadTable, Tables
+from movimentum.scene.wholes import followed, wholes
 from movimentum.source import drawing_file
-from movimentum.syntax.expression_tree import Element, Expression, Member, Name
+from movimentum.syntax.expression_tree import Element, Expression, Name
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text, is_fixed_point
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.kinds.line import LINE
+from movimentum.things.kinds.cord import CORD
+from movimentum.things.kinds.curve import CURVE, Curved
+from movimentum.things.kinds.cut import CUT
+from movimentum.things.kinds.polygon import POLYGON
 from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.vector import VECTOR
 from movimentum.things.registry import KINDS, kind_of
@@ -46,6 +54,11 @@ class Assets:
     element: ElementPlace | None = None
     elements: Elements = field(default_factory=Elements)
     """Places of elements that were asked for."""
+    read_table: ReadTable | None = None
+    tables: Tables = field(default_factory=Tables)
+    """The tables that were read."""
+    profiles: Mapping[str, CutProfile] = field(default_factory=dict[str, CutProfile])
+    """Of what is cut, by name."""
 
 
 def build_things(
@@ -68,14 +81,27 @@ def build_things(
     things = [_placed(thing, placements[thing.name]) if thing.name in placements else thing for thing, _ in read]
     for thing in things:
         _report_far(thing, findings)
+    cut_things(things, tuple(kept.values()), assets.profiles, findings)
     table = ThingTable(things)
     for number, definition in enumerate(kept.values()):
         kind = things[number].kind
-        if kind.wholes is not None:
-            things[number] = replace(things[number], about=_wholes(definition, table, findings))
+        at = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
+        check_shape(things[number], definition, len(things[number].anchors) or at, findings)
+        if kind.wholes is not None and kind is not CUT:
+            things[number] = replace(things[number], about=wholes(number, definition, table, findings))
+            if kind.gathers and things[number].look.layer is None:  # a group lies where its nearest thing does
+                nearest = max((things[each].layer for each in things[number].about), default=float(number))
+                read[number] = read[number][0], {**read[number][1], "layer": nearest}
+                things[number] = replace(things[number], look=replace(things[number].look, layer=nearest))
+        elif kind is CORD:
+            points, course = course_of(number, definition, placements.get(definition.name), table, findings)
+            things[number] = replace(things[number], through=points, own=course)
         elif _follows(definition, kind):
-            points = _points(number, definition, placements.get(definition.name), table, findings)
+            points = points_of(number, definition, placements.get(definition.name), table, findings)
             things[number] = replace(things[number], through=points)
+        if "follows" in read[number][1]:
+            node = read[number][1]["follows"]
+            things[number] = replace(things[number], about=followed(things[number], node, table, findings))
         if "clip" in read[number][1]:
             things[number] = replace(things[number], clip=_clip(number, read[number][1]["clip"], table, findings))
     return ThingTable(things), tuple(stated for _, stated in read)
@@ -87,13 +113,16 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
     for rule, argument in zip(kind.arguments, definition.shape.arguments, strict=False):
         if (value := value_of(rule, [argument], findings)) is not None:
             read[rule.name] = value
-    own = _picture(definition, read, assets, findings) if kind.own is SpriteImage else kind.made(read)
+    own = _own(kind, definition, read, assets, findings)
     written = [part for part in definition.parts if isinstance(part, AnchorDefinition) and part.name]
     size = own.image_size if isinstance(own, SpriteImage) else None
     height = None if "topleft" in read or size is None else size[1]
     anchors = _anchors(definition, written, own, height, assets, findings)
-    if len(anchors) < (kind.anchors or 0) and not _follows(definition, kind):
+    if len(anchors) < (kind.anchors or 0) and not _follows(definition, kind) and not _is_along(definition):
         _report_anchors(definition, kind, len(anchors), findings)
+    if isinstance(own, Curved) and own.outline is not None and definition.shape.arguments and anchors:
+        x, y = anchors[0].local  # a curve is measured from its first anchor
+        own = Curved(own.outline.placed((1.0, 0.0, 0.0, 1.0), (-x, -y)))
     if "topleft" in read and size is not None:
         whole = const(size[1])
         anchors = [moved(item, item.coordinates[0], sub(whole, item.coordinates[1])) for item in anchors]
@@ -104,6 +133,8 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
         _report_vector(definition, read, findings)
     if "through" in read:
         read["drawn"] = _drawn(read["through"], anchors, findings)
+    if "arcto" in read:
+        read["arcs"] = read_arcs(read["arcto"], anchors, read.get("drawn"), kind is POLYGON, findings)
     thing = Thing(
         number=number,
         name=definition.name,
@@ -116,6 +147,17 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
         text=read.get("text"),
     )
     return thing, read
+
+
+def _own(kind: ThingKind, definition: Definition, read: dict[str, Any], assets: Assets, findings: Findings) -> Own:
+    if kind.own is SpriteImage:
+        return _picture(definition, read, assets, findings)
+    if kind is CURVE:
+        from movimentum.scene.curves import CurveReader  # few scripts have any
+
+        reader = CurveReader(assets.folder, assets.read_table, assets.tables, findings)
+        return Curved(reader.outline(definition, read))
+    return kind.made(read)
 
 
 def _picture(definition: Definition, read: dict[str, Any], assets: Assets, findings: Findings) -> SpriteImage:
@@ -135,6 +177,10 @@ def _follows(definition: Definition, kind: ThingKind) -> bool:
 def _drawn(names: tuple[Name, ...], anchors: list[Anchor], findings: Findings) -> tuple[int, ...] | None:
     """The numbers of the anchors that a thing is drawn through."""
     place = {anchor.name: number for number, anchor in enumerate(anchors)}
+    (first, *more), names = names, tuple(each for name in names for each in _several(name, place))
+    if not more and len(names) < 2:
+        message = "a thing is drawn through 2 anchors or more"
+        findings.error("syntax/arguments", message, first.span, helps=(f"name them: `.through({first.name}, …)`",))
     for name in names:
         if name.name not in place:
             guess = findings.nearest(name.name, place)
@@ -142,6 +188,17 @@ def _drawn(names: tuple[Name, ...], anchors: list[Anchor], findings: Findings) -
             message = f"there is no anchor `{name.name}` to be drawn through"
             findings.error("name/unknown-anchor", message, name.span, helps=helps)
     return tuple(place[name.name] for name in names if name.name in place)
+
+
+def _is_along(definition: Definition) -> bool:
+    """Whether the letters of a label stand along a thing."""
+    return any(isinstance(part, Option) and part.name == "follows" for part in definition.parts)
+
+
+def _several(name: Name, place: Mapping[str, int]) -> list[Name]:
+    """An anchor, or all anchors of a range."""
+    some = [] if name.name in place else [each for each in place if each.startswith(f"{name.name}[")]
+    return [replace(name, name=each) for each in some] or [name]
 
 
 def _report_vector(definition: Definition, read: dict[str, Any], findings: Findings) -> None:
@@ -169,11 +226,8 @@ def _anchors(
     """
 
     def element(node: Element) -> tuple[float, float] | None:
-        if (
-            not isinstance(own, SpriteImage)
-            or assets.element is None
-            or not drawing_file(own.image).lower().endswith(".svg")
-        ):
+        image = own.image if isinstance(own, SpriteImage) else _drawing_of(definition, assets)
+        if image is None or assets.element is None or not drawing_file(image).lower().endswith(".svg"):
             findings.error(
                 "kind/mismatch",
                 f"`#{node.id}` is an element of an SVG, and `{definition.name}` is not cut from one",
@@ -181,16 +235,27 @@ def _anchors(
                 helps=(f"write `{definition.name} : 'drawing.svg' …`, or a place such as `[0,0]`",),
             )
             return None
-        if own.image_size is None:
+        up = height
+        if not isinstance(own, SpriteImage):
+            size = assets.image_size(image)
+            up = None if isinstance(size, Diagnostic) else size[1]
+        if up is None and not (isinstance(own, SpriteImage) and own.image_size is not None):
             return None  # the drawing itself is at fault
-        found = assets.element(own.image, node.id)
+        found = assets.element(image, node.id)
         if isinstance(found, Diagnostic):
             findings.add(replace(found, span=node.span))
             return None
-        assets.elements[own.image, node.id] = found
-        return found if height is None else (found[0], height - found[1])
+        assets.elements[image, node.id] = found
+        return found if up is None else (found[0], up - found[1])
 
     return build_anchors(written, element, findings)
+
+
+def _drawing_of(definition: Definition, assets: Assets) -> str | None:
+    """The drawing that a curve is a path of."""
+    arguments = definition.shape.arguments if definition.shape.word == CURVE.word else ()
+    text = arguments[0] if arguments else None
+    return os.path.join(assets.folder, drawing_file(text.text)) if isinstance(text, Text) else None
 
 
 def _report_anchors(definition: Definition, kind: ThingKind, count: int, findings: Findings) -> None:
@@ -241,99 +306,6 @@ def _spelled(definition: Definition, kind: ThingKind) -> str:
     return f".{kind}({', '.join(arguments)})" if arguments else f".{kind}"
 
 
-def _points(
-    number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
-) -> tuple[PointRef, ...]:
-    """What a thing is drawn at: anchors of others, and points of the canvas."""
-    found: list[PointRef] = []
-    for item in definition.parts:
-        if isinstance(item, Reference):
-            ref = _anchor_named(item, table, findings)
-            if ref is not None:
-                found.append(ref)
-        elif isinstance(item, AnchorDefinition):
-            found += [FixedPoint(number, anchor) for anchor in _fixed_point(item, definition, placement, findings)]
-    count = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
-    _check_count(definition, count, findings)
-    return tuple(found)
-
-
-def _fixed_point(
-    item: AnchorDefinition, definition: Definition, placement: CopyFrame | None, findings: Findings
-) -> list[Anchor]:
-    if item.name:
-        findings.error(
-            "kind/anchors",
-            f"`{definition.name}` is drawn at anchors of other things, so it has none of its own",
-            item.span,
-            helps=(replacement("name a point of the canvas by its place", item.name_span.to(item.base.span),
-                               findings.source.slice(item.base.span)),) if not item.offsets else (),
-        )  # fmt: skip
-        return []
-    found = build_anchors([item], lambda node: None, findings)
-    return [moved(each, *placement.placed(*each.coordinates)) for each in found] if placement is not None else found
-
-
-def _anchor_named(item: Reference, table: ThingTable, findings: Findings) -> AnchorRef | None:
-    name = expression_text(item.thing)
-    number = table.number.get(name)
-    if number is None:
-        report_unknown_thing(name, item.anchor, item.thing.span, table, findings)
-        return None
-    anchor = table.anchor(number, item.anchor)
-    if anchor is None:
-        report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
-    return anchor
-
-
-def _wholes(definition: Definition, table: ThingTable, findings: Findings) -> tuple[int, ...]:
-    """The things that a thing is about."""
-    kind = kind_of(definition.shape.word)
-    assert kind.wholes is not None
-    references = [part for part in definition.parts if isinstance(part, Reference)]
-    found = [body for item in references if (body := _body(item.thing, kind, table, findings)) is not None]
-    least, most = kind.wholes
-    if not least <= len(references) <= most:
-        some = f"{least}" if least == most else f"{least} or {most}" if most == least + 1 else f"{least} to {most}"
-        findings.error(
-            "kind/anchors",
-            f"{kind.written} is about {some} {'thing' if most == 1 else 'things'}, `{definition.name}` names "
-            f"{len(references) or 'none'}",
-            definition.name_span,
-            helps=(f"write `{definition.name} : .{kind} {' '.join(('Thing', 'Other')[: max(1, least)])};`",),
-        )
-    if len(set(found)) < len(found):
-        findings.error("kind/anchors", f"`{definition.name}` names a thing twice", definition.name_span)
-    return tuple(found)
-
-
-def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findings) -> int | None:
-    """The number of the body that is named."""
-    name = expression_text(node)
-    number = table.number.get(name)
-    owner = table.number.get(expression_text(node.operand)) if isinstance(node, Member) else None
-    if number is None and owner is not None and isinstance(node, Member) and table.anchor(owner, node.name) is None:
-        guess = findings.nearest(node.name, [rule.name for rule in kind.options])
-        helps = (replacement(f"did you mean `.{guess}`?", node.name_span, guess),) if guess else ()
-        message = f"`{node.name}` is neither an option of {kind.written} nor an anchor of `{table.things[owner].name}`"
-        findings.error("syntax/unknown-option", message, node.name_span, helps=helps)
-    elif number is None and owner is not None:
-        title = f"{kind.written} is about the whole thing: write `{table.things[owner].name}`"
-        helps = (replacement(title, node.span, table.things[owner].name),)
-        findings.error("kind/mismatch", f"`{name}` is an anchor, not a thing", node.span, helps=helps)
-    elif number is None:
-        report_unknown_thing(name, "", node.span, table, findings)
-    elif not table.things[number].is_body:
-        thing = table.things[number]
-        findings.error("kind/mismatch", f"`{name}` is {thing.called}, which does not move by itself", node.span)
-        return None
-    elif not table.things[number].anchors:
-        message = f"`{name}` has no anchor by which its motion could be told"
-        findings.error("kind/anchors", message, node.span, helps=("give it an anchor",))
-        return None
-    return number
-
-
 def _clip(number: int, node: Expression, table: ThingTable, findings: Findings) -> int | None:
     """The thing inside which a thing is seen."""
     name = expression_text(node)
@@ -352,23 +324,6 @@ def _clip(number: int, node: Expression, table: ThingTable, findings: Findings) 
         findings.error("kind/mismatch", message, node.span, notes=(f"a thing is seen inside {takers}",))
         return None
     return found
-
-
-def _check_count(definition: Definition, count: int, findings: Findings) -> None:
-    """A follower is drawn at the right number of anchors."""
-    kind = kind_of(definition.shape.word)
-    least, most = kind.points or (2, None)
-    if least <= count and (most is None or count <= most):
-        return
-    some = f"at least {least} anchors" if most is None else f"{least} anchor{'s' if least > 1 else ''}"
-    points = " ".join(f"{name}.Anchor" for name in ("Thing", "Other", "Third")[:least])
-    through = "through" if kind is LINE else "at"
-    findings.error(
-        "kind/anchors",
-        f"{kind.written} is drawn {through} {some}, `{definition.name}` names {count or 'none'}",
-        definition.name_span,
-        helps=(f"write `{definition.name} : .{kind} {points};`",),
-    )
 
 
 def _image_size(path: str, argument: Text, image_size: ImageSize, findings: Findings) -> tuple[int, int] | None:

@@ -6,35 +6,29 @@ from movimentum.diagnostics import replacement
 from movimentum.scene.findings import Findings
 from movimentum.scene.resolve import ResolvedStatement
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Blank, Comparison, Transition
+from movimentum.syntax.expression_tree import Blank, Comparison, Transition, Vector
 from movimentum.syntax.printer import expression_text
 
 
 def judge_transition(resolved: ResolvedStatement, findings: Findings) -> None:
     """Report ``x < 0 -> 90`` (an inequality moves nothing) and ``x = _ -> 90`` (which would begin anywhere)."""
-    statement, way = resolved.statement, resolved.statement.right
-    if not isinstance(way, Transition):
+    statement, right = resolved.statement, resolved.statement.right
+    parts = right.components if isinstance(right, Vector) else (right,)
+    ways = [part for part in parts if isinstance(part, Transition)]
+    if not ways:
         return
-    for side in (way.start, way.end):
+    for side in (side for way in ways for side in (way.start, way.end)):
         if isinstance(side, Blank):
             message = "`->` goes from one value to another, and `_` is any value"
             findings.error("kind/mismatch", message, side.span, helps=("state where it begins and where it ends",))
             return
     if statement.comparison in (Comparison.EQUAL, Comparison.WISH):
         return
-    start, end = (expression_text(side) for side in (way.start, way.end))
-    findings.error(
-        "kind/mismatch",
-        f"`->` moves something from one value to another, and `{statement.comparison}` only selects",
-        way.span,
-        helps=(
-            replacement(
-                f"write `=`: `{expression_text(statement.left)} = {start} -> {end};`",
-                Span(statement.left.span.end, way.span.start),
-                " = ",
-            ),
-            replacement(
-                "a bound that moves is written with `.s`", way.span, f"{start} + ({end} - ({start}))*.ease(.s)"
-            ),
-        ),
-    )
+    equal = f"{expression_text(statement.left)} = {expression_text(right)};"
+    helps = [replacement(f"write `=`: `{equal}`", Span(statement.left.span.end, right.span.start), " = ")]
+    if isinstance(right, Transition):
+        start, end = (expression_text(side) for side in (right.start, right.end))
+        bound = f"{start} + ({end} - ({start}))*.ease(.s)"
+        helps.append(replacement("a bound that moves is written with `.s`", right.span, bound))
+    message = f"`->` moves something from one value to another, and `{statement.comparison}` only selects"
+    findings.error("kind/mismatch", message, ways[0].span, helps=tuple(helps))

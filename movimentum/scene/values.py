@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from typing import TypeVar
 
 from movimentum.expressions import ONE, Expr, add, call, const, div, mul, power, ratio, sub
 from movimentum.scene.findings import Findings
 from movimentum.syntax.expression_tree import Comparison, Constant, Number, Piecewise, Range
 
+T = TypeVar("T")
 Value = tuple[Expr, ...]
 """One component for a scalar, two for a vector."""
 
@@ -84,3 +86,26 @@ def from_line(
     if across:
         return div(sub(mul(ux, vy), mul(uy, vx)), length)
     return div(add(mul(ux, vx), mul(uy, vy)), length)
+
+
+def times(a: Value, b: Value) -> Value:
+    """A product of which one factor is a scalar."""
+    if len(a) == 1:
+        return tuple(mul(a[0], part) for part in b)
+    return tuple(mul(part, b[0]) for part in a)
+
+
+def left_to_right(join: Callable[[T, T], T], items: Sequence[T]) -> T:
+    """The items joined from the left."""
+    result = items[0]
+    for item in items[1:]:
+        result = join(result, item)
+    return result
+
+
+def paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
+    """The items joined in pairs, and so on: a tree of small depth."""
+    row = list(items)
+    while len(row) > 1:
+        row = [join(row[i], row[i + 1]) if i + 1 < len(row) else row[i] for i in range(0, len(row), 2)]
+    return row[0]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.codegen.numeric import sincosd
+from movimentum.expressions.arrays import sincosd
 from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
@@ -20,7 +20,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
-from movimentum.solver.poses import Poses
+from movimentum.solver.poses import SEEN, Poses
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.valued import first_value, has_value
 from movimentum.tolerances import CARRIED_VELOCITY_SPAN, FRAME_SOLVED
@@ -301,6 +301,10 @@ class Assembly:
                 if not np.isfinite(np.sum(array)):
                     finite &= np.isfinite(array).reshape(len(finite), -1).all(axis=1)
                     np.nan_to_num(array, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        for (thing, name), values in self.properties.items():
+            if name == "visible":
+                gathered = self.scene.things[thing].about if self.scene.things[thing].kind.gathers else ()
+                self.visible[[thing, *gathered]] &= values >= SEEN
         return Poses(
             frames=self.frames,
             times=self.times,

@@ -12,7 +12,7 @@ from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.records import dataclass
 from movimentum.solver.assembly import Assembly
-from movimentum.solver.basis.instants import Instants, at_frames, at_times
+from movimentum.solver.basis.instants import Instants, at_frames, at_offsets, at_times
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Timeline
@@ -142,6 +142,13 @@ class PathMotion:
             instants = at_times(segment_motion.plan.clocks, segment_motion.segment.start, clipped[place:end])
             assembly.add(segment_motion, slice(place, end), instants)
             place = end
+        return assembly.finished()
+
+    def poses_in(self, place: int, tau: FloatArray) -> Poses:
+        """The poses at offsets ``tau`` (ascending) from the beginning of segment number ``place``."""
+        part = self.segments[place]
+        assembly = self._assembly(np.arange(len(tau)), float(part.segment.start) + tau)
+        assembly.add(part, slice(0, len(tau)), at_offsets(part.plan.clocks, part.segment.start, tau))
         return assembly.finished()
 
     def nodes(self, unit: Fraction) -> list[Fraction]:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 
+SEEN = 0.5
+"""Of a `visible` property: from here on a thing is seen, as 1 says; below it is not, as 0 says."""
+
 
 class SpelledPoses(Protocol):
     """Poses that have more digits than a float: numbers of an arithmetic of their own, and their texts."""
@@ -44,8 +47,8 @@ class Poses:
     ``origin``     (N, F, 2) world position of each thing's local origin (pixels, y up; see `scene.model`)
     ``direction``  (N, F, 2) cosine and sine of each thing's turn
     ``angle``      (N, F) that turn in degrees, continuous over time
-    ``visible``    (N, F) whether the thing has appeared
-    ``properties`` (thing number, "opacity"|"red"|"green"|"blue") -> (F,), only those that constraints mention
+    ``visible``    (N, F) whether the thing has appeared, and no statement makes it invisible
+    ``properties`` (thing number, name of a `ThingProperty`) -> (F,), only those that constraints mention
     ``variables``  name -> (F,) for a scalar, (F, 2) for a vector
     ``missing``    name -> (F,) True where the variable has no value, as no statement in force mentions it
                    (``variables`` then holds the last value that it had, or else the first that it will have)

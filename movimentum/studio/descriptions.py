@@ -4,7 +4,7 @@ determines where something is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,17 +12,9 @@ import numpy as np
 from movimentum.analysis.diagnose.claims import broken_claims
 from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.expressions import Expr, symbols
-from movimentum.scene.model import (
-    AnchorCoordinate,
-    AnchorRef,
-    Bearing,
-    Ending,
-    GearPair,
-    Relation,
-    ThingAngle,
-    ThingProperty,
-)
-from movimentum.source import FarSpan, SourceText, Span
+from movimentum.scene.leaves import Bearing, Cord
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Ending, GearPair, Relation, ThingAngle, ThingProperty
+from movimentum.source import FarSpan, SourceText, Span, UnfoldedText
 from movimentum.studio.pictures import frames_shown
 from movimentum.workflow.inspector import Inspector
 
@@ -74,6 +66,7 @@ def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
         "name": thing.name,
         "shape": thing.kind.word,
         "span": placed(source, thing.span),
+        "uses": _uses(source, thing.span),
         "body": thing.is_body,
         "hidden": thing.hidden,
         "radius": thing.radius,
@@ -83,18 +76,30 @@ def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
     }
 
 
+def _uses(source: SourceText, span: Span) -> list[list[int]]:
+    """Where the copies and loops are stated that a span of the unfolded text is for."""
+    if not isinstance(source, UnfoldedText):
+        return []
+    return [[place.start, place.end] for _, place in source.uses(span) if not isinstance(place, FarSpan)]
+
+
 def about(item: Any) -> set[int]:
     """The numbers of the things that a statement or claim mentions."""
+    return _things_of(*item.left, *item.right)
+
+
+def _things_of(*sides: Expr) -> set[int]:
     found: set[int] = set()
-    sides: tuple[Expr, ...] = (*item.left, *item.right)
     for payload in symbols(*sides):
         match payload:
             case AnchorCoordinate() | ThingAngle() | ThingProperty():
                 found.add(payload.thing)
             case GearPair():
                 found |= {payload.first, payload.second}
+            case Cord():
+                found |= {stop.thing for stop in payload.stops if not isinstance(stop, tuple)}
             case Bearing():
-                found |= {payload.start.thing, payload.end.thing}
+                found |= _things_of(payload.sine, payload.cosine)
             case _:
                 pass
     return found
@@ -132,8 +137,10 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
     return told
 
 
-def claims_data(motion: PathMotion) -> list[dict[str, Any]]:
-    """The claims of a motion as `movimentum.studio.messages.ClaimsChecked` has them."""
+def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> list[dict[str, Any]]:
+    """The claims of a motion as `movimentum.studio.messages.ClaimsChecked` has them. ``proofs``: the verdicts of
+    `movimentum prove`, by number.
+    """
     timeline = motion.timeline
     broken = {found.claim.number: found for found in broken_claims(motion)}
     claims = {held.claim.number: held.claim for held in timeline.claims}
@@ -144,9 +151,10 @@ def claims_data(motion: PathMotion) -> list[dict[str, Any]]:
         sign += "" if sign and claim.strict else "="
         item: dict[str, Any] = {
             "span": placed(timeline.scene.source, claim.span),
-            "words": f"{claim.told[0]} {sign} {claim.told[1]}",
+            "words": f"{claim.told[0]} {sign} {claim.told[1]}{_known(proofs, number, number not in broken)}",
             "things": sorted(about(claim)),
             "holds": number not in broken,
+            "proof": (proofs or {}).get(number, ""),
         }
         if number in broken:
             found = broken[number]
@@ -155,6 +163,14 @@ def claims_data(motion: PathMotion) -> list[dict[str, Any]]:
             item["failing"] = [list(run) for run in found.failing]
         told.append(item)
     return told
+
+
+def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
+    """What a claim's badge says beside its words, once its proof has been looked for."""
+    if proofs is None or not holds:
+        return ""
+    found = proofs.get(number, "")
+    return f" ({found})" if found.startswith("proved") else " (holds in this film)"
 
 
 def why(inspector: Inspector, name: str) -> str:

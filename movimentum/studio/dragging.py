@@ -16,11 +16,12 @@ from movimentum.analysis.live import texts_of, with_numbers
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.records import replace
-from movimentum.scene.model import AnchorCoordinate, VariableComponent
+from movimentum.scene.model import AnchorCoordinate, Thing, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.studio.descriptions import why
 from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseReset, TimeLooked
 from movimentum.studio.pictures import moved_marks
+from movimentum.studio.placing import movable
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector
 
@@ -87,8 +88,7 @@ class Dragging:
         try:
             grip = Grip(inspector.segment_motion, piece, tau, held)
         except (KeyError, ValueError):  # it is not among what the step is about
-            words = f"nothing in this step says anything about `{thing.name}`: it stays as drawn"
-            self._worker.send(Grabbed(message.grip, "fixed", words))
+            self._worker.send(self._loose(message, thing))
             return
         if grip.fixed:
             name = f"{thing.name}.{message.anchor}" if message.anchor else thing.name
@@ -101,6 +101,14 @@ class Dragging:
         self._film, self._poses = job.film, with_numbers(motion, poses, [instant])
         self._texts = texts_of(motion.timeline.scene) if motion.timeline.scene.shows_numbers else None
         self._worker.send(Grabbed(message.grip, "free"))
+
+    def _loose(self, message: PartGrabbed, thing: Thing) -> Grabbed:
+        """What no statement holds: it is where its definition says, and the page puts it elsewhere."""
+        as_drawn = np.abs(self._before[message.thing] - np.array([0.0, 0.0, 1.0, 0.0])).max() < tolerances.DRAGGED_ALONG
+        if not as_drawn:
+            return Grabbed(message.grip, "fixed", f"`{thing.name}` stays where an earlier step has left it")
+        words = movable(thing)
+        return Grabbed(message.grip, "fixed" if words else "loose", words)
 
     def move(self, message: HandMoved) -> None:
         """Pull what is held to where the hand is."""
@@ -141,6 +149,13 @@ class Dragging:
             return self._places
         poses = job.motion.poses_at([instant])
         return np.concatenate([poses.origin[:, 0], poses.direction[:, 0]], axis=1)
+
+    def moved_things(self, job: TextWork, instant: Fraction) -> tuple[str, ...]:
+        """The names of what a hand has moved, of what is on show at an instant."""
+        if self._held != (job.rev, instant) or not len(self._places):
+            return ()
+        stirred = np.abs(self._places - self._before).max(axis=1) > 0.0
+        return tuple(job.motion.timeline.scene.things[number].name for number in np.flatnonzero(stirred).tolist())
 
     def shown(self, job: TextWork, instant: Fraction) -> Poses | None:
         """(F = 1) what is on show at an instant, if a hand has moved something there."""

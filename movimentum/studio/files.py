@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from fractions import Fraction
@@ -19,6 +21,8 @@ from movimentum.studio.messages import (
     FileOpened,
     LinkageWanted,
     Notice,
+    PictureDropped,
+    PictureStored,
     RenameFollowed,
     SaveDone,
     SaveWanted,
@@ -152,6 +156,14 @@ def add_recent(path: Path) -> None:
 
 # --- what a page does to files ----------------------------------------------------------------------------
 
+PICTURES: dict[str, Callable[[bytes], bool]] = {
+    ".png": lambda data: data.startswith(b"\x89PNG\r\n"),
+    ".jpg": lambda data: data.startswith(b"\xff\xd8\xff"),
+    ".gif": lambda data: data.startswith((b"GIF87a", b"GIF89a")),
+    ".webp": lambda data: data[:4] == b"RIFF" and data[8:12] == b"WEBP",
+    ".svg": lambda data: b"<svg" in data[:2000],
+}
+"""The pictures that may be dropped on a page, by what their data begin with."""
 SCRIPTS = (".mov", ".txt")
 """What a script may be called."""
 
@@ -251,6 +263,27 @@ class ScriptFile:
         if own:
             add_recent(path)
         self._send(TextOpened(self._told(path) if own else "", text, self.known.version))
+
+    def add_picture(self, wanted: PictureDropped) -> None:
+        """Write a picture beside the script, under a name that is free, or that the same picture has already."""
+        try:
+            data = base64.b64decode(wanted.data, validate=True)
+            suffix = next((suffix for suffix, begins in PICTURES.items() if begins(data)), "")
+            if not suffix:
+                raise OutsideFolder("this is no picture that a script can have: PNG, JPEG, GIF, WebP or SVG")
+            if self.file is None and Path(self.path).parent.resolve() != self.folder.resolve():
+                raise OutsideFolder("this is an example: save it first, then add pictures")
+            home = Path(self.path).parent
+            stem = re.sub(r"[^\w.-]+", "-", Path(wanted.called.replace("\\", "/")).stem).strip("-.") or "picture"
+            names = (f"{stem}{'' if number == 1 else f'-{number}'}{suffix}" for number in range(1, 10_000))
+            free = (path for name in names if not (path := inside(home, name)).exists() or path.read_bytes() == data)
+            target = next(free)
+            if not target.exists():
+                target.write_bytes(data)
+        except (ValueError, OSError) as problem:
+            self._send(PictureStored("", f"Not added: {problem}."))
+            return
+        self._send(PictureStored(target.name))
 
     def save_linkage(self, wanted: LinkageWanted, choices: Choices) -> None:
         """Write the scene as a linkage file."""

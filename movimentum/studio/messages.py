@@ -1,6 +1,7 @@
 """What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
 
-Those about the script that is being written are in `movimentum.studio.script_messages`.
+Those about the script that is being written are in `movimentum.studio.script_messages`, those about the files beside
+it in `movimentum.studio.file_messages`.
 `movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
 characters (code points) from 0, coordinates are the world's (pixels, y up).
 """
@@ -9,6 +10,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from movimentum.studio.file_messages import FilesAsked as FilesAsked
+from movimentum.studio.file_messages import FilesListed as FilesListed
+from movimentum.studio.file_messages import PictureDropped as PictureDropped
+from movimentum.studio.file_messages import PictureStored as PictureStored
+from movimentum.studio.file_messages import StartAsked as StartAsked
 from movimentum.studio.script_messages import AboutAsked as AboutAsked
 from movimentum.studio.script_messages import AboutTold as AboutTold
 from movimentum.studio.script_messages import FormatAsked as FormatAsked
@@ -132,10 +138,6 @@ class FileOpened(FromPage, kind="open"):
     name: str
 
 
-class FilesAsked(FromPage, kind="files"):
-    """Which files of the folder can be opened?"""
-
-
 class RecordingBegun(FromPage, kind="record"):
     """Record what is shown from now on; forget what was recorded before."""
 
@@ -240,7 +242,9 @@ class MotionsFree(ToPage, kind="free"):
 
 
 class Grabbed(ToPage, kind="grabbed"):
-    """Whether what was grabbed follows: ``free``, ``fixed`` or ``late`` (the motion is not known yet); and why not."""
+    """Whether what was grabbed follows: ``free``, ``loose`` (no statement holds it: its coordinates are edited),
+    ``fixed`` or ``late`` (the motion is not known yet); and why not.
+    """
 
     grip: int
     state: str
@@ -300,16 +304,11 @@ class ThumbnailMade(ToPage, kind="thumbnail"):
     seconds: float
 
 
-class FilesListed(ToPage, kind="listed"):
-    """The files of the script's folder that can be opened."""
-
-    names: tuple[str, ...]
-
-
 class ClaimsChecked(ToPage, kind="claims"):
     """Each claim of text ``rev``: ``span`` (null: in another file), ``words``, ``things`` it is about, whether it
-    ``holds``, and for one that does not ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at
-    most), ``at`` (the time of that), and ``failing`` (first and last frame of each run of frames in which it fails).
+    ``holds``, its ``proof`` (the verdict of `movimentum prove`; empty until it is known), and for one that does not
+    hold ``time`` and ``frame`` from which on it fails, ``worst`` (how far it is off at most), ``at`` (the time of
+    that), and ``failing`` (first and last frame of each run of frames in which it fails).
     """
 
     rev: int

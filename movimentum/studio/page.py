@@ -61,10 +61,12 @@ class Page:
             m.ShotTaken: recorder.shoot,
         }
         self._welcome()
-        lists = {"gallery": self._files.gallery, "recent": self._files.recent} if script is None else {}
-        self._thumbnails = Thumbnails(lists, send)
+        self._thumbnails = Thumbnails(self._lists() if script is None else {}, send)
         if text is not None and text != self._text:
             self.show(text)
+
+    def _lists(self) -> dict[str, tuple[Path, ...]]:
+        return {"gallery": self._files.gallery, "recent": self._files.recent}
 
     @property
     def text(self) -> str:
@@ -140,6 +142,11 @@ class Page:
                 worker.soon(
                     lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
                 )
+            case m.PictureDropped():
+                files.add_picture(message)
+            case m.StartAsked():
+                self._thumbnails.stop()
+                self._thumbnails = Thumbnails(self._lists(), self._send)
             case m.FilesAsked():
                 self._send(m.FilesListed(openable(files.folder)))
             case m.RenderCancelled():

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum.cancellation import look
 from movimentum.drawing.model import SymbolMark, TextMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.records import replace
-from movimentum.rendering.prepare import PreparedMark, prepare_drawing
+from movimentum.rendering.marks import PreparedMark
+from movimentum.rendering.prepare import prepare_drawing
 from movimentum.rendering.stream import concatenate
 from movimentum.scene.model import Scene
 from movimentum.vector.film import Film, make_film
@@ -27,15 +29,20 @@ if TYPE_CHECKING:
 
 MOST_EXACT = 100_000
 """Poses whose places are sent with all digits; of more, only what is drawn."""
-SOON_FRAMES, MOST_POSES = 20_000, 1_500_000
-"""Frames of a film that are shown at once, and poses (things times frames) that are shown at all: some 30 MB."""
+SOON_FRAMES, SOON_TEXTS, MOST_POSES = 20_000, 1_000, 1_500_000
+"""Frames of a film that are shown at once (where every frame has texts of its own, those take a millisecond each), and
+poses (things times frames) that are shown at all: some 30 MB.
+"""
 
 
 def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str, Any], Film]:
     """The film of a motion, as the page's painter takes it; of its first ``frames`` (None: `frames_shown`)."""
     timeline = motion.timeline
     shown = frames_shown(timeline) if frames is None else frames
-    chunks = tuple(PoseChunks(motion, range(shown), False, drawn=True))
+    chunks: list[Poses] = []
+    for some in PoseChunks(motion, range(shown), False, drawn=True):
+        look()  # another text gives this up, wherever it is
+        chunks.append(some)
     film = _film(timeline.scene, chunks, timeline.fps, PictureOptions(motion=motion))
     return _data(film), film
 
@@ -47,7 +54,7 @@ def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:
     marks = tuple(item for item in film.prepared.things if _is_live(item))
     if not marks:
         return None
-    prepared = replace(film.prepared, things=marks, traces=(), overlays=(), paths=())
+    prepared = replace(film.prepared, things=marks, traces=(), overlays=(), paths=(), beside=())
     there = make_film(film.scene, prepared, poses, film.title, film.fps, 0)
     # texts are measured from the pivots that the page knows
     pivots = {body: replace(motion, pivot=film.bodies[body].pivot) for body, motion in there.bodies.items()}
@@ -74,7 +81,8 @@ def frames_shown(timeline: Timeline) -> int:
 def frames_soon(timeline: Timeline, time: Fraction) -> int:
     """How many frames of a film the page has at first, those up to ``time`` among them."""
     looked_at = int(max(Fraction(0), time - timeline.start) * timeline.fps) + 1
-    return min(frames_shown(timeline), max(SOON_FRAMES, looked_at))
+    soon = SOON_TEXTS if timeline.scene.shows_numbers else SOON_FRAMES
+    return min(frames_shown(timeline), max(soon, looked_at))
 
 
 def small_film(motion: PathMotion, frames: int) -> dict[str, Any]:
@@ -93,7 +101,9 @@ def some_pictures(timeline: Timeline, poses: Poses) -> dict[str, Any]:
 
 
 def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: PictureOptions) -> Film:
+    look()
     prepared = prepare_drawing(scene, chunks, options)
+    look()
     poses = concatenate(list(chunks))
     title = Path(scene.source.path).stem
     return make_film(scene, prepared, poses, title, fps, 0, everything=True)

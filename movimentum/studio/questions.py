@@ -69,18 +69,20 @@ def _formula(inspector: Inspector, name: str) -> str:
     from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
 
     formulas = inspector.formulas(name, PATIENCE_S)
-    import sympy
+    from movimentum.analysis.interactive.spelling import spelled
 
     lines: list[str] = []
     for label, found in formulas:
         if not isinstance(found, Obstacle):
-            lines += [f"{label} = {sympy.sstr(found, full_prec=False)}", f"  {sympy.latex(found)}"]
+            written = spelled(found)
+            lines.append(f"{label} = {written}" if written else f"{label} has a formula that no statement can have")
         elif found.words == UNREASONABLE:
             lines.append(f"{label} has {found.words}")
         else:
             lines.append(f"{label} has no closed form: {found.words}")
     since = float(inspector.segment_motion.segment.start)
-    return "\n".join([*lines, f"t counts from {since:g}, where this step begins; angles are in radians."])
+    begun = f" .t counts from {since:g}, where this step begins." if since else ""
+    return "\n".join([*lines, f"Angles are in degrees, as in the script.{begun}"])
 
 
 def _solutions(inspector: Inspector) -> tuple[str, list[dict[str, Any]], dict[str, Any] | None]:

@@ -20,7 +20,9 @@ from movimentum.records import dataclass, field
 
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")
-_NAME = re.compile(r"[^\x00-\x1f\x7f\\:*?\"<>|]{1,255}")
+_REFUSED = r"\x00-\x1f\x7f\\" + (r":*?\"<>|" if os.name == "nt" else "")
+"""What no name of a file has: on Windows more than elsewhere. A backslash leads out of the folder there."""
+_NAME = re.compile(rf"[^{_REFUSED}]{{1,255}}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
+import hashlib
 import secrets
 import socket
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -32,6 +35,8 @@ FILES = {
     "painter.js": ("movimentum.vector", "painter.js", "text/javascript"),
 }
 """What the page needs: its address, where it is in the package, and what it is."""
+LASTING = {"Cache-Control": "private, max-age=31536000, immutable"}
+"""Of a file whose address has its hash."""
 CLOSED_BAD, CLOSED_REFUSED = 1003, 1008
 
 
@@ -45,9 +50,11 @@ def studio_app(gate: Gate, script: str | None, folder: Path, choices: Choices) -
             return _refusal("the token is missing or wrong: open the address that `movimentum studio` has printed")
         nonce = secrets.token_urlsafe(16)
         text = files("movimentum.studio").joinpath("web/index.html").read_text(encoding="utf-8")
-        page = text.replace("{nonce}", nonce)
+        for name in FILES:
+            text = text.replace(f'="{name}"', f'="{name}?{_asset(name)[1]}"')
+        page = text.replace("{nonce}", nonce).encode("utf-8")
         headers = {**HEADERS, "Content-Security-Policy": policy(nonce, gate.port)}
-        return Response(page, media_type="text/html", headers=headers)
+        return _answer(request, page, gzip.compress(page), "text/html", headers)
 
     def asset(request: Request) -> Response:
         if reason := gate.refused(request.headers):
@@ -55,9 +62,9 @@ def studio_app(gate: Gate, script: str | None, folder: Path, choices: Choices) -
         found = FILES.get(request.path_params["name"])
         if found is None:
             return PlainTextResponse("there is no such file\n", 404, headers=HEADERS)
-        package, place, kind = found
-        data = files(package).joinpath(place).read_bytes()
-        return Response(data, media_type=kind, headers=HEADERS)
+        data, version, packed = _asset(request.path_params["name"])
+        same = request.url.query == version  # under this address there is never anything else
+        return _answer(request, data, packed, found[2], {**HEADERS, **(LASTING if same else {})})
 
     async def connect(websocket: WebSocket) -> None:
         if gate.refused(websocket.headers, socket=True) or not gate.knows(websocket.query_params.get("token", "")):
@@ -68,6 +75,21 @@ def studio_app(gate: Gate, script: str | None, folder: Path, choices: Choices) -
 
     routes = [Route("/", index), WebSocketRoute("/socket", connect), Route("/{name}", asset)]
     return Starlette(routes=routes)
+
+
+@cache
+def _asset(name: str) -> tuple[bytes, str, bytes]:
+    """A file of the page, a short name for what is in it, and the file compressed."""
+    package, place, _ = FILES[name]
+    data = files(package).joinpath(place).read_bytes()
+    return data, hashlib.sha256(data).hexdigest()[:16], gzip.compress(data)
+
+
+def _answer(request: Request, data: bytes, packed: bytes, kind: str, headers: dict[str, str]) -> Response:
+    """A file, compressed if the browser takes it so."""
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(packed, media_type=kind, headers={**headers, "Content-Encoding": "gzip"})
+    return Response(data, media_type=kind, headers=headers)
 
 
 def _refusal(reason: str) -> Response:

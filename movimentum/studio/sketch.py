@@ -84,10 +84,15 @@ class Sketch:
 
     def where(self, ref: AnchorRef) -> tuple[float, float]:
         """Where an anchor is on show."""
-        x, y = self.scene.things[ref.thing].anchors[ref.anchor].local
-        if self.places is None or ref.thing >= len(self.places):
+        thing = self.scene.things[ref.thing]
+        return self.moved(thing, thing.anchors[ref.anchor].local)
+
+    def moved(self, thing: Thing, local: tuple[float, float]) -> tuple[float, float]:
+        """Where a local point of a thing is on show."""
+        x, y = local
+        if self.places is None or thing.number >= len(self.places):
             return x, y
-        ox, oy, c, s = self.places[ref.thing].tolist()
+        ox, oy, c, s = self.places[thing.number].tolist()
         return ox + c * x - s * y, oy + s * x + c * y
 
     def local(self, thing: Thing, at: Sequence[float]) -> tuple[float, float]:

@@ -10,6 +10,7 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import Any
 
 from movimentum import tolerances
@@ -19,18 +20,21 @@ from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing
 from movimentum.scene.text_edits import removed, without
 from movimentum.source import Edit, SourceText, Span, edited
+from movimentum.studio import placing
 from movimentum.studio.descriptions import about
 from movimentum.studio.dragging import Dragging
+from movimentum.studio.figures import FIGURES, scaled
 from movimentum.studio.messages import TextEdited, ToolUsed
 from movimentum.studio.sketch import NothingToDo, Sketch, number_text, own, point_text
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.things.kinds.disc import DISC
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
+from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.stages import understand
 
-BLANK = ".config(24, 640, 480);\n\n@0\n"
-"""What a script begins with that is drawn from nothing."""
+BLANK = ".config(24, 640, 480) .theme('textbook');\n\n@0\n"
+"""What a script begins with that is drawn from nothing. It names the theme: points by themselves would have none."""
 POINT = "P"
 RADIUS = 4
 _RELATIVE = re.compile(r"(\w+)\s*=\s*(\w+)\s*[+-]\s*\[")
@@ -87,8 +91,15 @@ def _carried_out(job: TextWork, dragging: Dragging, message: ToolUsed, choices: 
     tool = TOOLS.get(message.tool)
     if tool is None:
         raise NothingToDo("there is no such tool")
-    names, points = (*message.names, "", "")[:2], (*message.points, (0.0, 0.0), (0.0, 0.0))[:2]
-    return tool(sketch, names, points)
+    names, points = message.names, message.points
+    if message.tool == "pose":
+        names = dragging.moved_things(job, instant)
+    elif message.tool not in MANY:
+        names, points = (*names, "", "")[:2], (*points, (0.0, 0.0), (0.0, 0.0))[:2]
+    elif len(points) < 2 and message.tool not in CORNERS:
+        points = (*points, (0.0, 0.0), (0.0, 0.0))[:2]
+    after = tool(sketch, names, points)
+    return decided(sketch, after, instant) if message.tool in DECIDING else after
 
 
 # --- the tools --------------------------------------------------------------------------------------------
@@ -107,13 +118,14 @@ def _anchor(sketch: Sketch, names: Names, points: Spots) -> Sketch:
 def _anchor_of(sketch: Sketch, thing: Thing, at: tuple[float, float]) -> Sketch:
     """One more anchor of a part."""
     own(sketch, thing.span)
-    if not thing.anchors or (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
+    if not thing.anchors or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` takes no more points here")
     names = {anchor.name for anchor in thing.anchors}
     name = next(name for name in ("P", "Q", "R", "S", *(f"P{n}" for n in range(1, 10_000))) if name not in names)
     first = thing.anchors[0]
     x, y = sketch.local(thing, at)
-    offset = point_text((round(x - first.local[0]), round(y - first.local[1])), 0)
+    scale = 1.0 if thing.picture is None else thing.picture.scale  # anchors are places in the file's own pixels
+    offset = point_text((round((x - first.local[0]) / scale), round((y - first.local[1]) / scale)), 0)
     place = max(anchor.span.end for anchor in thing.anchors)
     return sketch.to(edited(sketch.text, [Edit(Span(place, place), f"  {name} = {first.name} + {offset}")]))
 
@@ -123,7 +135,7 @@ def _rod(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     letters: list[str] = []
     for name, at in zip(names, points, strict=True):
         if not name or "." not in name:
-            ends.append(("", "", (float(round(at[0])), float(round(at[1])))))
+            ends.append(("", "", (at[0], at[1])))
             continue
         thing, ref = sketch.anchor(name)
         vertex = thing.kind is DISC and len(thing.anchors) == 1
@@ -139,7 +151,8 @@ def _rod(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     both = "".join(letters)
     wanted = [both, both[::-1]] if len(letters) == 2 and len(both) <= 6 else []
     rod = sketch.new_name([*wanted, *(f"Rod{n}" for n in range(1, 10_000))])
-    sketch = sketch.define(f"{rod} : .bar  {first} = {point_text(ends[0][2])}  {second} = {point_text(ends[1][2])};")
+    (a, b) = (point_text(place, placing.DIGITS) for _, _, place in ends)
+    sketch = sketch.define(f"{rod} : .bar  {first} = {a}  {second} = {b};")
     for inside, (_, pinned, _) in zip((first, second), ends, strict=True):
         if pinned:
             sketch = sketch.state(f"{rod}.{inside} = {pinned};")
@@ -183,7 +196,7 @@ def _attract(sketch: Sketch, names: Names, points: Spots) -> Sketch:
 
 def _delete(sketch: Sketch, names: Names, _: Spots) -> Sketch:
     scene, text = sketch.scene, sketch.text
-    gone = {sketch.thing(names[0].split(".")[0] if "." in names[0] and "[" not in names[0] else names[0]).number}
+    gone = {thing.number for thing in placing.chosen(sketch, names)}
     for thing in scene.things:  # what is drawn at it goes with it
         if any(ref.thing in gone for ref in thing.through):
             gone.add(thing.number)
@@ -205,7 +218,7 @@ def _shape(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     thing, ref = sketch.anchor(names[0])
     anchor = thing.anchors[ref.anchor]
     own(sketch, anchor.span)
-    if (thing.picture is not None and thing.picture.scale != 1.0) or thing.placement != HERE:
+    if scaled(thing) or thing.placement != HERE:
         raise NothingToDo(f"`{thing.name}` is scaled or placed: change its part's definition")
     x, y = (float(round(value)) for value in sketch.local(thing, points[0]))
     relative = _RELATIVE.match(sketch.scene.source.slice(anchor.span))
@@ -292,6 +305,26 @@ def _solved(sketch: Sketch) -> float:
     return 1.0 if solved.all() else float((~solved).argmax()) / count
 
 
+def decided(before: Sketch, sketch: Sketch, instant: Fraction) -> Sketch:
+    """The same; if the tool has made something that can be put together in several ways, with the inequality for the
+    pose that was on show.
+    """
+    if len(sketch.scene.things) > MOST_THINGS or before.text == sketch.text:
+        return sketch
+    source = SourceText(sketch.scene.source.path, sketch.text)
+    try:
+        revision = Engine(sketch.choices).revise(source)
+        if not any(item.code == "constraint/ambiguous" for item in revision.diagnostics):
+            return sketch
+        now = min(max(instant, revision.timeline.start), revision.timeline.end)
+        found = [s for part in Inspector(revision, now).solutions() for s in part.solutions if s.current and s.selects]
+        for statement in dict.fromkeys(s.selects for s in found if s.selects):
+            sketch = sketch.state(f"{statement.removesuffix(';')};")
+    except MovimentumError:
+        return sketch  # it says by itself what is wrong
+    return sketch
+
+
 TOOLS: dict[str, Callable[[Sketch, Names, Spots], Sketch]] = {
     "anchor": _anchor,
     "rod": _rod,
@@ -302,5 +335,17 @@ TOOLS: dict[str, Callable[[Sketch, Names, Spots], Sketch]] = {
     "delete": _delete,
     "shape": _shape,
     "state": _state,
+    "move": placing.move,
+    "pose": placing.keep,
+    "align": placing.align,
+    "copy": placing.copy,
+    "mirror": placing.mirror,
+    **FIGURES,
 }
 """The tools of the page by name."""
+CORNERS = {"plate", "curve"}
+"""Tools with as many points as one likes."""
+MANY = {*CORNERS, "move", "align", "copy", "mirror", "delete", "picture"}
+"""Tools for as many things as one likes."""
+DECIDING = {"turn", "fix", "rod"}
+"""Tools after which a mechanism may have several poses: the one on show is meant."""

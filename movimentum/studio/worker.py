@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
-STAGES = ("read", "begin", "path", "examine", "rest", "advise")
+STAGES = ("read", "begin", "path", "examine", "rest", "advise", "prove")
 """What is done for a text, in this order; "rest": the frames of a very long film that were not shown at once."""
-PATIENT = ("examine", "rest", "advise")
+PATIENT = ("examine", "rest", "advise", "prove")
 QUICK_S = 0.03
 """Where the last motion took no longer, the next one is not worth a glimpse before it."""
 TIDY = 50
@@ -188,6 +188,7 @@ class Worker:
             "examine": self._examine,
             "rest": self._rest,
             "advise": self._advise,
+            "prove": self._prove,
         }[stage]
 
         def unwanted() -> bool:
@@ -226,7 +227,7 @@ class Worker:
 
             assert revision.motion is not None  # the same, found at once
             job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
-            job.todo = deque(("read", "examine", "rest", "advise"))
+            job.todo = deque(("read", "examine", "rest", "advise", "prove"))
             self.send(PictureSame(job.rev, scene_data(revision.timeline, job.frames)))
         self._say(job, "read", revision.scene.diagnostics)
 
@@ -290,6 +291,15 @@ class Worker:
 
     def _advise(self, job: TextWork) -> None:
         self._say(job, "advise", job.revision.advice(ADVICE_S), final=True)
+
+    def _prove(self, job: TextWork) -> None:
+        if not job.motion.timeline.claims:
+            return
+        from movimentum.studio.descriptions import claims_data
+        from movimentum.workflow.prove import verdicts
+
+        proofs = {number: one.verdict.value for number, one in verdicts(job.motion).items()}
+        self.send(ClaimsChecked(job.rev, claims_data(job.motion, proofs)))
 
     def _bug(self, problem: Exception, job: TextWork | None) -> None:
         """Tell it, and go on with the next text."""

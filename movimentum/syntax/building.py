@@ -30,8 +30,10 @@ from movimentum.syntax.expression_tree import (
     Index,
     Member,
     Name,
+    Negate,
     Number,
     Operator,
+    Piecewise,
     Sum,
     Vector,
 )
@@ -57,6 +59,7 @@ from movimentum.syntax.tree import (
     Statement,
     StepHeader,
     Suffix,
+    ViewStatement,
     is_fixed_point,
 )
 from movimentum.syntax.words import BARE_OPTIONS
@@ -75,11 +78,12 @@ class Head:
 @dataclass(frozen=True, slots=True)
 class Points:
     """A name with the words and indices behind it, in what follows other things; ``whole``: it names a thing, not an
-    anchor.
+    anchor. ``minus``: the place of a minus before it.
     """
 
     links: Sequence[Piece]
     whole: bool = False
+    minus: Span | None = None
 
 
 class Builder(ValueBuilder):
@@ -96,6 +100,14 @@ class Builder(ValueBuilder):
             tuple(bare(piece) for piece in pieces if is_argument(piece)),
             tuple(piece for piece in pieces if isinstance(piece, Option)),
             span=span_of(pieces),
+        )
+
+    def view(self, pieces: Sequence[Piece]) -> ViewStatement:
+        """``.view(…) options;``."""
+        return ViewStatement(
+            tuple(bare(piece) for piece in pieces if is_argument(piece)),
+            tuple(piece for piece in pieces if isinstance(piece, Option)),
+            span=span_of(pieces[:-1]),
         )
 
     def let(self, pieces: Sequence[Piece]) -> Let:
@@ -169,15 +181,21 @@ class Builder(ValueBuilder):
     def placed(self, pieces: Sequence[Piece]) -> Definition:
         """``Name : .ground parts;`` and its like: at an anchor of its own, or at one of another thing."""
         parts = _behind_points(pieces[3:-1])
-        if not any(isinstance(part, Reference) for part in parts):
+        points = [part for part in parts if isinstance(part, Reference) or is_fixed_point(part)]
+        if len(points) == 1 and is_fixed_point(points[0]):
             parts = tuple(replace(part, name=OWN_POINT) if is_fixed_point(part) else part for part in parts)
         return _definition(pieces[0], pieces[2], parts, pieces[-1].span.end)
 
-    whole_follower = follower
+    whole_follower = cord = follower
 
     def whole(self, pieces: Sequence[Piece]) -> Points:
         """A thing, and the words behind it, which may be options."""
         return Points(pieces, whole=True)
+
+    def stop(self, pieces: Sequence[Piece]) -> Points:
+        """What a cord runs to, or a wheel; the scene knows which."""
+        minus = str(pieces[0]) == "-"
+        return Points(pieces[1:] if minus else pieces, whole=True, minus=pieces[0].span if minus else None)
 
     def fixed_point(self, pieces: Sequence[Piece]) -> AnchorDefinition:
         """``[x, y]``: a point of the canvas."""
@@ -191,11 +209,27 @@ class Builder(ValueBuilder):
         inside = Name(str(thing), span=thing.span)
         return Option("clip", (inside,), span=span_of(pieces), name_span=word.span)
 
+    def condition(self, pieces: Sequence[Piece]) -> InParentheses:
+        """``a < b``, which is 1 where it is true and else 0; or a number that says so itself."""
+        if len(pieces) == 1:
+            return InParentheses(bare(pieces[0]), span_of(pieces))
+        left, comparison, right = pieces
+        yes, no = (Number(Decimal(value), span=comparison.span) for value in (1, 0))
+        sides = (bare(left),), (Comparison(comparison),), (bare(right),)
+        return InParentheses(Piecewise(*sides, (yes, no), span=span_of(pieces)), span_of(pieces))
+
+    def pen(self, pieces: Sequence[Piece]) -> Option:
+        """``.while(conditions)``."""
+        conditions = tuple(bare(piece) for piece in pieces if isinstance(piece, InParentheses))
+        return Option("while", conditions, span=span_of(pieces), name_span=pieces[0].span)
+
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
         """What a thing is."""
         word = pieces[0]
         if word.type == "STRING":
             return ShapeWord("sprite", (text_of(word),), span=word.span)
+        if word.type == "CURVE":
+            return ShapeWord("curve", tuple(text_of(piece) for piece in pieces[1:]), span=span_of(pieces))
         arguments = tuple(bare(piece) for piece in pieces[2::2])
         return ShapeWord(str(word)[1:], arguments, span=span_of(pieces))
 
@@ -203,13 +237,15 @@ class Builder(ValueBuilder):
 
     def anchor(self, pieces: Sequence[Piece]) -> AnchorDefinition:
         """``P = [x, y]``, ``Q = P + [x, y]``."""
-        name, _, place = pieces
+        name, *suffixes, _, place = pieces
         base = bare(place)
         offsets: tuple[tuple[Operator, Expression], ...] = ()
         if isinstance(base, Sum):
             offsets = tuple(zip(base.operators, base.operands[1:], strict=True))
             base = base.operands[0]
-        return AnchorDefinition(str(name), base, offsets, span=span_of(pieces), name_span=name.span)
+        each = [item if isinstance(item, Suffix) else Suffix(item.inner, span=item.span) for item in suffixes]
+        suffix = each[0] if each else None
+        return AnchorDefinition(str(name), base, offsets, span=span_of(pieces), name_span=name.span, suffix=suffix)
 
     def element(self, pieces: Sequence[Piece]) -> Element:
         """``#id``."""
@@ -242,13 +278,13 @@ class Builder(ValueBuilder):
         return Statement(bare(left), Comparison(comparison), bare(right), limit, span=span_of(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
-        """``.claim left = right .within(tolerance);``, ``.goal left = right .weight(weight);``, ``.require …``."""
+        """``.claim left = right .within(tolerance) .always;``, ``.goal … .weight(weight);``, ``.require …``."""
         word, left, comparison, right, *option = pieces
-        extent = bare(option[2]) if len(option) > 1 else None
+        always = any(str(piece) == ".always" for piece in option)
+        extent = bare(option[2]) if len(option) > 2 else None
         purpose = Purpose(str(word)[1:])
-        return ClaimStatement(
-            bare(left), Comparison(comparison), bare(right), extent, purpose, span=span_of(pieces[:-1])
-        )
+        sides = bare(left), Comparison(comparison), bare(right)
+        return ClaimStatement(*sides, extent, purpose, always, span=span_of(pieces[:-1]))
 
     goal = claim
     requirement = claim
@@ -275,7 +311,8 @@ def _behind_points(pieces: Sequence[Piece]) -> tuple[AnchorDefinition | Referenc
             continue
         # `Rod.B [100,100]`: the grammar reads a point of the canvas as it reads an index
         first, *rest = _apart(piece.links)
-        made.extend(_with_options(first, piece.whole))
+        point, *options = _with_options(first, piece.whole)
+        made += [_negated(point, piece.minus) if piece.minus else point, *options]
         for some in rest:
             made.append(some[0])
             made.extend(_options(some[1:]))
@@ -329,8 +366,19 @@ def _whole(links: Sequence[Piece]) -> Reference:
     return Reference(_path(links), "", span=span, anchor_span=span)
 
 
+def _negated(point: Reference | Option, minus: Span) -> Reference | Option:
+    if isinstance(point, Option):
+        return point
+    span = Span(minus.start, point.span.end)
+    return Reference(Negate(point.thing, span=span), point.anchor, span=span, anchor_span=point.anchor_span)
+
+
 def _point(links: Sequence[Piece]) -> Reference:
     last = links[-1]
+    if len(links) > 2 and isinstance(last, InParentheses) and isinstance(links[-2], Token):
+        name = links[-2]
+        here = Span(after_dot(name).start, last.span.end)
+        return Reference(_path(links[:-2]), str(name)[1:], span=span_of(links), anchor_span=here, index=last.inner)
     if len(links) < 2 or isinstance(last, InParentheses):
         raise Refusal(
             Diagnostic(

@@ -121,6 +121,10 @@ class ValueBuilder:
             )
         return Vector(components, span=span)
 
+    def moving(self, pieces: Sequence[Piece]) -> Vector:
+        """``[x, y -> z]``."""
+        return self.vector(pieces)
+
     def member(self, pieces: Sequence[Piece]) -> Member:
         """``operand.word``."""
         operand, word = pieces

@@ -12,8 +12,8 @@ from movimentum.syntax.suggest import dotted
 from movimentum.things.registry import KINDS, SHAPES, THING_FLAGS
 
 _SHAPES = {
-    "rope": "line", "cable": "line", "cord": "line", "string": "line", "wire": "line", "chain": "line",
-    "thread": "line", "polyline": "line", "path": "trace", "curve": "trace", "track": "trace", "locus": "trace",
+    "rope": "cord", "cable": "cord", "string": "cord", "wire": "line", "chain": "line",
+    "thread": "cord", "polyline": "line", "path": "trace", "curve": "trace", "track": "trace", "locus": "trace",
     "rod": "bar", "link": "bar", "beam": "bar", "stick": "bar", "crank": "bar", "segment": "bar", "circle": "disc",
     "wheel": "disc", "ball": "disc", "dot": "disc", "point": "disc", "disk": "disc", "rect": "polygon",
     "rectangle": "polygon", "box": "polygon", "square": "polygon", "triangle": "polygon", "poly": "polygon",
@@ -31,6 +31,7 @@ _SPELLED = {
     "polygon": ".polygon A = [0,0] B = [90,0] C = [90,60]", "label": ".label('text') A.P",
     "graph": ".graph(A.P.x) at = [300,40]", "ground": ".ground A.P", "cylinder": ".cylinder A.P B.Q",
     "damper": ".damper A.P B.Q", "spring": ".spring A.P B.Q", "area": ".area A.P A.Q B.R",
+    "cord": ".cord A.P Wheel B.Q",
     "gear": ".gear(20, 5) C = [0,0]", "arc": ".arc A.P B.O C.Q", "dimension": ".dimension A.P B.Q",
     "slide": ".slide A.P B.Q", "vector": ".vector A.P .velocity(0.2)",
 }  # fmt: skip

@@ -49,6 +49,7 @@ _WORDS = {
     "CONFIG": "`.config`",
     "WITHIN": "`.within(…)`",
     "WEIGHT": "`.weight(…)`",
+    "ALWAYS": "`.always`",
     "EXTREME": "`.largest`",
     "SPEED": "`.speed(…)`",
 }
@@ -163,7 +164,7 @@ def expected_words(accepted: frozenset[str]) -> str:
     if len(names) > 1:
         names -= {"SPEED", "TO", "CLIP"}  # nobody expects them here
     if "WORD" in names:
-        names -= {"WITHIN", "WEIGHT", "EXTREME"} if len(names) > 1 else set()
+        names -= {"WITHIN", "WEIGHT", "ALWAYS", "EXTREME"} if len(names) > 1 else set()
     if "CIRCUMFLEX" in names or "STAR" in names:
         names -= {"LSQB"}  # an index, which hardly anybody expects
     words.extend(_WORDS[name] for name in _ORDER if name in names)
@@ -308,7 +309,8 @@ def _transition_helps(text: str, place: int) -> tuple[str | Fix, ...]:
         what = {"claim": "a claim", "goal": "a goal", "require": "a requirement"}[claim[1]]
         title = f"{what} is about a result; without `.{claim[1]}` this statement causes it"
         return (replacement(title, Span(*claim.span()), ""),)
-    return ("`->` joins the two values that are the whole right side of a statement: `x = 0 -> 90;`",)
+    what = "the two values that are the whole right side of a statement, or one of its components"
+    return (f"`->` joins {what}: `x = 0 -> 90;`, `P = [10, 0 -> 90];`",)
 
 
 def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str | Fix, ...]:

@@ -52,6 +52,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     Suffix,
     Text,
+    ViewStatement,
 )
 
 _IN_TIMES = (Number, Constant, Name, Clock, Call, Negate, Sum, Product)
@@ -102,6 +103,8 @@ def item_text(item: Item) -> str:
     match item:
         case ConfigStatement():
             parts = [f".config({_arguments(item.arguments)})", *map(_option_text, item.options)]
+        case ViewStatement():
+            parts = [f".view({_arguments(item.arguments)})", *map(_option_text, item.options)]
         case Let():
             value = _value_text(item.value, bool(item.options))
             parts = [f".let {item.name} =", value, *map(_option_text, item.options)]
@@ -128,6 +131,7 @@ def item_text(item: Item) -> str:
             if item.extent is not None:
                 word = "weight" if item.purpose is Purpose.GOAL else "within"
                 parts.append(f".{word}({expression_text(item.extent)})")
+            parts += [".always"] if item.always else []
         case Statement():
             parts = [expression_text(item.left), item.comparison, expression_text(item.right)]
             if item.speed is not None:
@@ -309,6 +313,8 @@ def _option_text(option: Option) -> str:
 def _shape_text(shape: ShapeWord) -> str:
     if shape.word == "sprite":
         return _arguments(shape.arguments)
+    if shape.word == "curve" and shape.arguments:
+        return f".curve {_arguments(shape.arguments)}"
     return f".{shape.word}({_arguments(shape.arguments)})" if shape.arguments else f".{shape.word}"
 
 
@@ -317,12 +323,14 @@ def _part_text(part: AnchorDefinition | Reference | Option) -> str:
         case Option():
             return _option_text(part)
         case Reference():
-            return f"{expression_text(part.thing)}.{part.anchor}" if part.anchor else expression_text(part.thing)
+            index = "" if part.index is None else f"[{expression_text(part.index)}]"
+            return f"{expression_text(part.thing)}.{part.anchor}{index}" if part.anchor else expression_text(part.thing)
         case AnchorDefinition(name=""):
             return expression_text(part.base)
         case AnchorDefinition():
             offsets = "".join(f" {operator} {_term_text(value)}" for operator, value in part.offsets)
-            return f"{part.name} = {_term_text(part.base)}{offsets}"
+            suffix = "" if part.suffix is None else _suffixes_text((part.suffix,))
+            return f"{part.name}{suffix} = {_term_text(part.base)}{offsets}"
 
 
 def _fits(node: Expression, kinds: tuple[type, ...]) -> bool:

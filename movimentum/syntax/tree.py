@@ -44,24 +44,26 @@ class Option(Node):
 @dataclass(frozen=True, slots=True)
 class AnchorDefinition(Node):
     """``name = base ± offset ± …``; an earlier anchor of the same thing is a `Name`. Without a name it is a point of
-    the canvas, ``[x, y]``, in what follows other things.
+    the canvas, ``[x, y]``, in what follows other things. ``suffix``: ``P[k = 0..9] = …`` are ten anchors.
     """
 
     name: str
     base: Expression
     offsets: tuple[tuple[Operator, Expression], ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+    suffix: Suffix | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Reference(Node):
     """``Thing.Anchor``, a point of another thing. ``thing`` is a `Name`, or a path such as ``S[1].A``. Without an
-    ``anchor``, it is about the thing itself.
+    ``anchor``, it is about the thing itself. ``index``: that of ``Star.P[3]``.
     """
 
     thing: Expression
     anchor: str
     anchor_span: Span = field(default=NOWHERE, compare=False, repr=False)
+    index: Expression | None = None
 
 
 OWN_POINT = "at"
@@ -173,6 +175,14 @@ class FilmLoop(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class ViewStatement(Node):
+    """``.view(point, zoom) options;``: what the camera shows at the end of the step."""
+
+    arguments: tuple[Expression | Text, ...]
+    options: tuple[Option, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class StepHeader(Node):
     """``@time``, or ``@+time`` if it is relative; the time is a constant expression."""
 
@@ -204,6 +214,7 @@ class ClaimStatement(Node):
 
     Goals and requirements of a fit are read alike: ``.goal left comparison right .weight(extent);`` and ``.require left
     comparison right .within(extent);``. What is to be ``.largest`` or ``.smallest`` has 0 as its right side.
+    ``always``: a claim is to hold in every position, not only in the film (``.always``).
     """
 
     left: Expression
@@ -211,6 +222,7 @@ class ClaimStatement(Node):
     right: Expression
     extent: Expression | None = None
     purpose: Purpose = Purpose.CLAIM
+    always: bool = False
 
 
 Item = (
@@ -221,6 +233,7 @@ Item = (
     | Copy
     | Loop
     | FilmLoop
+    | ViewStatement
     | Definition
     | StepHeader
     | Statement
@@ -258,7 +271,7 @@ def expressions_of(item: Item) -> list[Expression]:
             found = [item.time]
         case Let():
             found = [item.value, *_in_options(item.options)]
-        case ConfigStatement():
+        case ConfigStatement() | ViewStatement():
             found = [*item.arguments, *_in_options(item.options)]
         case PartDefinition():
             found = [each.default for each in item.parameters]
@@ -273,9 +286,10 @@ def expressions_of(item: Item) -> list[Expression]:
                     case Option():
                         found.extend(part.arguments)
                     case Reference():
-                        found.append(part.thing)
+                        found.extend((part.thing, part.index))
                     case AnchorDefinition():
                         found.extend((part.base, *(value for _, value in part.offsets)))
+                        found.extend(_in_suffixes(() if part.suffix is None else (part.suffix,)))
         case Include() | FilmLoop():
             pass
     return [node for node in found if node is not None and not isinstance(node, Text)]

@@ -26,8 +26,17 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
     "ease": (1, 1),
     "across": (3, 3),
     "along": (3, 3),
+    "on": (2, 2),
+    "where": (2, 2),
+    "gap": (2, 2),
+    "roll": (2, 2),
+    "point": (2, 2),
+    "tangent": (2, 2),
+    "curvature": (2, 2),
+    "length": (1, 1),
     "mesh": (2, 2),
     "belt": (2, 2),
+    "cord": (2, None),
     "mean": (1, 1),
     "rms": (1, 1),
     "range": (1, 1),
@@ -57,8 +66,14 @@ THING_MEMBERS = {
     "red": "red",
     "green": "green",
     "blue": "blue",
+    "visible": "visible",
+    "layer": "layer",
+    "scale": "scale",
 }
 """What may follow a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
+
+ENDING_WORDS = {"crossed": "belt", "grips": "cord"}
+"""The words that may stand behind a call, or at the end of its statement -> its function."""
 
 BARE_OPTIONS = THING_FLAGS | {"crossed", "mirrored"}
 """Options that may have no arguments."""

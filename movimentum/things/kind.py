@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import IntEnum
 from typing import Any, TypeAlias
 
 from movimentum.records import dataclass
@@ -11,6 +12,17 @@ from movimentum.things.options import OptionRule
 
 Color: TypeAlias = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
+
+
+class Valued(IntEnum):
+    """What the arguments of a word are if they are expressions, which have a value in every frame."""
+
+    NOTHING = 0
+    NUMBERS = 1
+    VELOCITIES = 2
+    """Points, of which the velocities are shown."""
+    DETAIL = 3
+    """A point and a number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +54,11 @@ class ThingKind:
     its joints in themes; ``supported``: and supports where it is fixed. ``filled``: themes colour its inside, in turn.
     ``accented``: it has a theme's accent colour. ``plain``: a script that says nothing about looks may have it.
     ``surface``: it is filled although it follows others. ``wholes`` (least, most): it is about so many things, not
-    about their anchors. ``cuts``: other things may be shown only inside it. ``valued``: its arguments are
-    expressions, of so many components. ``loose``: a canvas without a size does not become larger for it.
-    ``attached``: pins are drawn at its ends. ``under``: everything else is drawn over it. ``of_film``: its picture
-    depends on the whole film.
+    about their anchors; if it ``gathers``, about any things. ``cuts``: other things may be shown only inside it.
+    ``followed``: letters may stand along it. ``valued``: its arguments are expressions. ``beside``: it is beside the
+    film: the camera leaves it where it is unless a statement mentions it. ``loose``: a canvas without a size does not
+    become larger for it. ``attached``: pins are drawn at its ends. ``under``: everything else is drawn over it.
+    ``of_film``: its picture depends on the whole film.
     """
 
     word: str
@@ -66,8 +79,11 @@ class ThingKind:
     filled: bool = False
     surface: bool = False
     wholes: tuple[int, int] | None = None
+    gathers: bool = False
+    followed: bool = False
     cuts: bool = False
-    valued: int = 0
+    valued: Valued = Valued.NOTHING
+    beside: bool = False
     loose: bool = False
     accented: bool = False
     plain: bool = True
@@ -81,7 +97,7 @@ class ThingKind:
     @property
     def article(self) -> str:
         """``a`` or ``an``."""
-        return "an" if self.word[0] == "a" else "a"
+        return "an" if self.word[0] in "aeio" else "a"
 
     @property
     def written(self) -> str:
@@ -102,6 +118,17 @@ class ThingKind:
 
 
 @dataclass(frozen=True, slots=True)
+class ArcEdge:
+    """An edge that is an arc to anchor number ``end``: through anchor number ``through``, or ``bulge`` lengths of its
+    chord high, to the right of it (as the definition is written).
+    """
+
+    end: int
+    through: int | None
+    bulge: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Look:
     """How a thing looks, all decided: by its definition, else by the theme, else by its kind. Lengths in world pixels.
 
@@ -110,7 +137,9 @@ class Look:
     nor the theme says anything; a bar with an ``edge`` is an outlined link. ``width``: of lines, or of what is as broad
     as that around an anchor. ``size``: the height of letters, or the breadth of a symbol. ``pins``: the radius of
     circles at joints, with ``pin_fill`` inside. ``ink``: the theme's, of lines. ``drawn``: the anchors (by number) that
-    the thing is drawn through. ``layer`` None: by order of definition.
+    the thing is drawn through; ``arcs``: edges between them that are not straight. ``still``: the camera does not move
+    it. ``layer`` None: by order of definition. ``curves``: colours of a graph's curves behind its first one, in turn
+    (none: the usual ones).
     """
 
     paint: Color = INK
@@ -128,8 +157,12 @@ class Look:
     pin_fill: Color = (255, 255, 255)
     ink: Color | None = None
     drawn: tuple[int, ...] | None = None
+    arcs: tuple[ArcEdge, ...] = ()
     fixed: bool = False
     align: str = "left"
     italic: bool = False
     layer: float | None = None
     hidden: bool = False
+    still: bool = False
+    offstage: bool = False
+    curves: tuple[Color, ...] = ()

@@ -34,8 +34,14 @@ class OptionForm(Enum):
     """Several numbers."""
     SIDES = auto()
     """A breadth and a height."""
+    ARC = auto()
+    """The name of an anchor, and a number or another name."""
     EXPRESSIONS = auto()
     """Expressions, which have a value in every frame."""
+    FUNCTION = auto()
+    """The name of a parameter, and an expression of it."""
+    PLACES = auto()
+    """Constant vectors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +49,7 @@ class OptionRule:
     """An option (or an argument) ``name``, which messages call ``what``, with ``least`` to ``most`` arguments.
 
     ``field``: what its value is called, if not by the name of the option (which means something else for other kinds).
+    ``again``: it may be written several times, and its value is a list of these.
     """
 
     name: str
@@ -54,6 +61,7 @@ class OptionRule:
     highest: int = 0
     words: tuple[str, ...] = ()
     field: str = ""
+    again: bool = False
 
     @property
     def key(self) -> str:
@@ -70,6 +78,8 @@ COLOR = OptionRule("color", OptionForm.COLOR)
 WIDTH = OptionRule("width", OptionForm.POSITIVE, "the width")
 LAYER = OptionRule("layer", OptionForm.NUMBER, "a layer")
 HIDDEN = flag("hidden")
+OFFSTAGE = flag("offstage")
+"""It is meant to leave the canvas."""
 OPACITY = OptionRule("opacity", OptionForm.OPACITY, "the opacity")
 FILL = OptionRule("fill", OptionForm.COLOR)
 EDGE = OptionRule("edge", OptionForm.COLOR)
@@ -79,7 +89,8 @@ PINS = OptionRule("pins", OptionForm.PINS, "a pin's radius", least=0)
 SUPPORTS = OptionRule("supports", OptionForm.FLAG, least=0, most=0, field="fixed")
 FIXED = flag("fixed")
 """The old word for it, which is read as something that keeps a body where it is."""
-THROUGH = OptionRule("through", OptionForm.NAMES, least=2, most=64)
+THROUGH = OptionRule("through", OptionForm.NAMES, most=64)
+ARCTO = OptionRule("arcto", OptionForm.ARC, least=2, most=2, again=True)
 SIZE = OptionRule("size", OptionForm.POSITIVE, "the size")
 ITALIC = flag("italic")
 TEXT = OptionRule("text", OptionForm.TEXT)
@@ -87,7 +98,9 @@ PLACES = OptionRule("places", OptionForm.WHOLE, "the number of decimals", highes
 WHOLE = flag("whole")
 CLIP = OptionRule("clip", OptionForm.THING)
 
-LINED = (COLOR, WIDTH, LAYER, HIDDEN, OPACITY, CLIP)
+STILL = flag("still")
+
+LINED = (COLOR, WIDTH, LAYER, HIDDEN, OFFSTAGE, OPACITY, CLIP, STILL)
 """Of whatever has lines."""
 AREA = (*LINED, FILL, EDGE, DASH)
 """Of what has an inside."""

@@ -10,6 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
 from movimentum.records import dataclass, replace
+from movimentum.scene.leaves import cords_of
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
 from movimentum.text import fraction_text
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
@@ -66,16 +67,29 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
     lifetimes = _lifetimes(scene, moments)
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
-    trains = Trains(scene)
+    trains, cords = Trains(scene), _cords(scene)
     shares = _Shares()
     for number, moment in enumerate(moments):
         until = moments[number + 1].time if number + 1 < len(moments) else moment.time
         active = tuple(shares.placed(_with_lifetime(item, lifetimes, lowered), moment.time) for item in moment.active)
-        active = trains.placed(active, moment.time)
+        active = cords(trains.placed(active, moment.time))
         segments.append(Segment(number, moment.step, moment.time, until, active, _visible(scene, moment.step)))
     return Timeline(
-        scene, tuple(segments), rate, lifetimes, *(_held(scene, segments, trains, aims=aims) for aims in (False, True))
+        scene,
+        tuple(segments),
+        rate,
+        lifetimes,
+        *(_held(scene, segments, trains, aims=aims) for aims in (False, True)),
     )
+
+
+def _cords(scene: Scene) -> Callable[[tuple[Constraint, ...]], tuple[Constraint, ...]]:
+    """Makes the constraints of a moment ones without cords."""
+    if not any(map(cords_of, scene.constraints())):
+        return lambda active: active
+    from movimentum.timeline.cords import Cords  # few scripts have any
+
+    return Cords(scene).placed
 
 
 def _moments(scene: Scene) -> list[_StepState]:
@@ -237,7 +251,8 @@ def _replaced(sides: tuple[Sides, Sides], value: Callable[[Expr], Expr | None]) 
 
 
 def _visible(scene: Scene, step: int) -> frozenset[int]:
-    return frozenset(thing.number for thing in scene.things if scene.mentioned.get(thing.number, 0) <= step)
+    there = (t.number for t in scene.things if t.kind.gathers or scene.mentioned.get(t.number, 0) <= step)
+    return frozenset(there)
 
 
 def _counted(number: int, separator: str = ",") -> str:

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr, add, call, const, evaluate_op, sub, symbol, symbols, walk
 from movimentum.records import dataclass
-from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Bearing, Constraint, Relation, Scene, ThingAngle
+from movimentum.scene.leaves import Bearing
+from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Constraint, Relation, Scene, ThingAngle
 
 Place = AnchorRef | tuple[float, float]
 """An anchor, or a point that is stated by numbers."""
@@ -67,7 +68,8 @@ class Joints:
             return turned
         (x0, y0), (x1, y1) = (self._scene.things[ref.thing].anchors[ref.anchor].local for ref in (first, second))
         drawn = _towards(const(x1 - x0), const(y1 - y0)).value or 0.0
-        return Direction(symbol(Bearing(first, second, drawn)), drawn)
+        (x0, y0), (x1, y1) = _coordinates(first), _coordinates(second)
+        return Direction(symbol(Bearing((first, second), drawn, sub(y1, y0), sub(x1, x0))), drawn)
 
     def known(self, anchor: AnchorRef) -> tuple[float, float] | None:
         """Where an anchor is at the moment's time, if numbers and clocks alone say so."""

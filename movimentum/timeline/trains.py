@@ -20,17 +20,8 @@ from fractions import Fraction
 
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, ratio, sub, substitute, symbol, symbols
 from movimentum.records import dataclass, replace
-from movimentum.scene.model import (
-    AnchorCoordinate,
-    AnchorRef,
-    Bearing,
-    Constraint,
-    GearPair,
-    Relation,
-    Scene,
-    Thing,
-    ThingAngle,
-)
+from movimentum.scene.leaves import Bearing
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
 from movimentum.scene.pairs import belt_radius
 from movimentum.scene.values import from_line
 from movimentum.things.kinds.toothed import RACK
@@ -118,14 +109,16 @@ class Trains:
             first, second = second, first
         direction = joints.direction(AnchorRef(first.number, 0), AnchorRef(second.number, 0))
         n1, n2 = first.toothed.teeth, second.toothed.teeth
-        a1, a2 = first.tooth_direction, second.tooth_direction
+        a1, a2 = _tooth_direction(first), _tooth_direction(second)
         if first.toothed.inner:
             factors = {first.number: Fraction(-n1), second.number: Fraction(n2)}
-            many, fixed = n1 - n2, n2 * a2 - n1 * a1 - 180.0
+            many, second_phase = n1 - n2, mul(const(n2), a2)
         else:
             factors = {first.number: Fraction(-n1), second.number: Fraction(-n2)}
-            many, fixed = n1 + n2, n2 * (180.0 - a2) - n1 * a1 - 180.0
-        return _Form(factors, add(mul(const(many), direction.value), const(fixed)), many * direction.drawn + fixed)
+            many, second_phase = n1 + n2, mul(const(n2), sub(const(180.0), a2))
+        fixed = sub(sub(second_phase, mul(const(n1), a1)), const(180.0))
+        drawn = many * direction.drawn + (fixed.value or 0.0)
+        return _Form(factors, add(mul(const(many), direction.value), fixed), drawn)
 
     def _rack(self, rack: Thing, gear: Thing, joints: Joints) -> _Form:
         """The rack's equation; where it is drawn counts for what numbers do not say."""
@@ -142,14 +135,16 @@ class Trains:
             (begin.coordinates, end.coordinates),
             across=False,
         )
-        fixed = -teeth * (rack.tooth_direction - 90.0 - gear.tooth_direction) - 180.0
+        turned = sub(sub(_tooth_direction(rack), const(90.0)), _tooth_direction(gear))
+        fixed = sub(mul(const(-teeth), turned), const(180.0))
         factors = {rack.number: Fraction(-teeth), gear.number: Fraction(teeth)}
         unit = 360.0 / (math.pi * module)
         here = joints.known(AnchorRef(rack.number, 0)) or begin.local
         there = joints.known(AnchorRef(gear.number, 0)) or gear.anchors[0].local
         angle = math.radians(rack.tooth_direction)
         drawn = (there[0] - here[0]) * math.cos(angle) + (there[1] - here[1]) * math.sin(angle)
-        return _Form(factors, add(mul(const(unit), along or ZERO), const(fixed)), unit * drawn + fixed)
+        drawn = unit * drawn + (fixed.value or 0.0)
+        return _Form(factors, add(mul(const(unit), along or ZERO), fixed), drawn)
 
     def _belt(self, pair: GearPair, direction: Direction) -> Expr:
         """How far the second is turned beyond where the belt has it."""
@@ -193,6 +188,14 @@ class Trains:
                     turns[thing] = (360.0 * self._teeth[number, pair] - phase) / float(factor)
 
 
+def _tooth_direction(thing: Thing) -> Expr:
+    """`Thing.tooth_direction` as the script states it, so that proofs know it exactly."""
+    if len(thing.anchors) < 2 or thing.anchors[0].local == thing.anchors[1].local:
+        return ZERO
+    (x, y), (u, v) = thing.anchors[0].coordinates, thing.anchors[1].coordinates
+    return call("atan2d", sub(v, y), sub(u, x))
+
+
 def _pairs(item: Constraint) -> list[GearPair]:
     found = [payload for payload in symbols(*item.left, *item.right) if isinstance(payload, GearPair)]
     return sorted(found, key=lambda pair: (pair.first, pair.second, pair.belt))
@@ -219,13 +222,7 @@ def _stated_turns(active: Sequence[Constraint], start: Fraction) -> dict[int, fl
 def _seen(node: Expr) -> Expr | None:
     """The direction that a `Bearing` stands for, in (-180, 180]."""
     bearing = node.payload
-    if not isinstance(bearing, Bearing):
-        return None
-    (x0, y0), (x1, y1) = (
-        tuple(symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1))
-        for ref in (bearing.start, bearing.end)
-    )
-    return call("atan2d", sub(y1, y0), sub(x1, x0))
+    return call("atan2d", bearing.sine, bearing.cosine) if isinstance(bearing, Bearing) else None
 
 
 def _with_values(item: Constraint, value: Callable[[int, GearPair], Expr]) -> Constraint:

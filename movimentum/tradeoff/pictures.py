@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from movimentum.drawing.options import PictureOptions, Quality
-from movimentum.encoding.palette import Mapper, choose_palette
+from movimentum.encoding.palette import Mapper, Samples, choose_palette
 from movimentum.records import dataclass, replace
 from movimentum.rendering.painter import Painter, PaintSession, make_painter
 from movimentum.rendering.stream import PoseSource
@@ -66,7 +66,7 @@ def measure_pictures(
         costs.append(PictureCost(f"scale {scale:g}", seconds, _rms(_reduced(images, (width, height)), truth)))
     progress(3, 4)
     begin = time.perf_counter()
-    palette = choose_palette(standard)
+    palette = choose_palette(Samples.of(standard))
     mapper = Mapper(palette)
     mapped = [_mapped(mapper, palette.table(), image) for image in standard]
     seconds = (time.perf_counter() - begin) / len(standard)

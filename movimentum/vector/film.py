@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import reduce
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.camera import detail
 from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FreeArrow,
+    InsetMark,
     LinkMark,
     NoteMark,
     Point,
@@ -22,7 +25,8 @@ from movimentum.drawing.model import (
 from movimentum.drawing.motion import arrow_shown, paint_over
 from movimentum.drawing.symbols import symbol_shown
 from movimentum.records import dataclass, replace
-from movimentum.rendering.prepare import PreparedDrawing, PreparedMark
+from movimentum.rendering.marks import PreparedMark
+from movimentum.rendering.prepare import PreparedDrawing
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
 
@@ -54,7 +58,8 @@ class BodyMotion:
 class Film:
     """A whole film. Frame k is shown from k / ``fps`` seconds. ``loop``: how often it is played, 0 for ever.
 
-    ``poses`` are those of all F frames. ``bodies`` has the motion of everything that a mark or a trace is attached to.
+    ``live``: its texts are texts in the SVG. ``poses`` are those of all F frames. ``bodies`` has the motion of
+    everything that a mark or a trace is attached to.
     """
 
     title: str
@@ -64,6 +69,7 @@ class Film:
     bodies: dict[int, BodyMotion]
     fps: Fraction
     loop: int
+    live: bool = False
 
     @property
     def frames(self) -> int:
@@ -93,12 +99,15 @@ class Film:
                 return poses.visible[mark.body].astype(np.float64), _constant(mark.color, self.frames)
             case FreeArrow():
                 return arrow_shown(mark, poses).astype(np.float64), _constant(mark.color, self.frames)
+            case InsetMark():
+                opacity, color = paint_over(mark.paint, poses)
+                return np.where(detail(mark, poses)[1], opacity, 0.0), color
             case SymbolMark():
                 opacity, color = paint_over(mark.paint, poses)
                 return np.where(symbol_shown(mark, poses), opacity, 0.0), color
             case LinkMark():
                 opacity, color = paint_over(mark.paint, poses)
-                shown = np.logical_and.reduce([poses.visible[thing] for thing, _ in mark.through])
+                shown = reduce(np.logical_and, [poses.visible[thing] for thing, _ in mark.through])
                 return np.where(shown, opacity, 0.0), color
             case _:
                 return paint_over(mark.paint, poses)
@@ -135,7 +144,7 @@ def _constant(color: tuple[int, int, int], frames: int) -> FloatArray:
 
 def _attachments(prepared: PreparedDrawing) -> Iterator[tuple[int, Point | None]]:
     """What marks are attached to: a body, and the point of it if it is one."""
-    for item in (*prepared.things, *prepared.overlays):
+    for item in (*prepared.things, *prepared.beside, *prepared.overlays):
         mark = item.mark
         match mark:
             case LinkMark() | SymbolMark():

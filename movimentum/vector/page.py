@@ -17,13 +17,16 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.cancellation import look
 from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.camera import camera, detail, inset_frame, inset_lines
 from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
     FreeArrow,
     ImageMark,
+    InsetMark,
     LinkMark,
     NoteMark,
     Point,
@@ -31,7 +34,7 @@ from movimentum.drawing.model import (
     SymbolMark,
     TextMark,
 )
-from movimentum.drawing.motion import paint_over
+from movimentum.drawing.motion import paint_over, scale_over
 from movimentum.drawing.parts import FigurePart, MovingPart
 from movimentum.drawing.style import (
     ARROW_WIDTH,
@@ -47,9 +50,10 @@ from movimentum.drawing.style import (
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedDrawing, PreparedMark, Trace
+from movimentum.rendering.marks import PreparedMark
+from movimentum.rendering.prepare import PreparedDrawing, Trace
 from movimentum.text import unraised
-from movimentum.vector.film import Film
+from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
 from movimentum.vector.letters import lettering
 
@@ -57,6 +61,11 @@ from movimentum.vector.letters import lettering
 def page_document(film: Film) -> Iterator[str]:
     """The parts of the file; the same each time."""
     script, style = shipped("painter.js", "player.js", "page.js"), shipped("page.css", "player.css")
+    yield from document(film.title, script, style, film_data(film))
+
+
+def document(title: str, script: str, style: str, data: Any) -> Iterator[str]:
+    """A page with a player, which makes no request."""
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data:;"
         " base-uri 'none'; form-action 'none'"
@@ -67,11 +76,11 @@ def page_document(film: Film) -> Iterator[str]:
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="generator" content="Movimentum">\n'
-        f"<title>{html.escape(film.title)}</title>\n"
+        f"<title>{html.escape(title)}</title>\n"
         f"<style>{style}</style>\n</head>\n"
         '<body>\n<main><div id="film"></div></main>\n'
     )
-    yield f'<script type="application/json" data-movimentum="film">{script_json(film_data(film))}</script>\n'
+    yield f'<script type="application/json" data-movimentum="film">{script_json(data)}</script>\n'
     yield f"<script>{script}</script>\n</body>\n</html>\n"
 
 
@@ -87,7 +96,7 @@ def film_data(film: Film) -> dict[str, Any]:
     ``poses`` are the numbers that change, as base64 of little-endian 32-bit floats; a number that changes refers to
     them as ``[offset]``.
     """
-    return _Data(film).all()
+    return FilmData(film).all()
 
 
 def shipped(*names: str) -> str:
@@ -99,7 +108,7 @@ def _digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
 
 
-class _Data:
+class FilmData:
     """Gathers the numbers of one film."""
 
     def __init__(self, film: Film) -> None:
@@ -107,19 +116,26 @@ class _Data:
         self._poses: list[FloatArray] = []
         self._known: dict[bytes, int] = {}
         self._length = 0
-        self._numbers = {body: number for number, body in enumerate(film.bodies)}
+        self._pictures, self._places = embedded(film.prepared)
+        self.body_numbers = {body: number for number, body in enumerate(film.bodies)}
 
     def all(self) -> dict[str, Any]:
+        """Everything (see `film_data`)."""
         film, prepared = self.film, self.film.prepared
         view, place = prepared.view, prepared.view.to_image
         background = prepared.drawing.background
-        pictures, places = embedded(prepared.things)
-        bodies = [self._body(body) for body in film.bodies]
-        marks = [
-            self._mark(item, places.get(number)) for number, item in enumerate(prepared.things) if self._seen(item)
+        places = self._places
+        bodies = [self.body(body) for body in film.bodies]
+        marks = [self._mark(item, places.get(number)) for number, item in enumerate(prepared.things) if self.seen(item)]
+        first = len(prepared.things)
+        beside = [
+            self._mark(item, places.get(number))
+            for number, item in enumerate(prepared.beside, first)
+            if self.seen(item)
         ]
-        overlays = [self._mark(item, None) for item in prepared.overlays if self._seen(item)]
-        traces = {name: [self._trace(item) for item in some] for name, some in _paths(prepared)}
+        overlays = [self._mark(item, None) for item in prepared.overlays if self.seen(item)]
+        traces = {name: [self.trace(item) for item in some] for name, some in _paths(prepared)}
+        seen_through = self._camera(camera(film.poses, view))
         data = np.concatenate(self._poses) if self._poses else np.zeros(0)
         return {
             "version": 1,
@@ -127,62 +143,87 @@ class _Data:
             "width": view.width,
             "height": view.height,
             "toImage": _matrix(place),
-            "background": None if background is None else _css(background),
-            "paper": _css(PAPER),
+            "background": None if background is None else css(background),
+            "paper": css(PAPER),
             "traceWidth": TRACE_WIDTH,
             "frames": film.frames,
             "fps": float(film.fps),
             "loop": film.loop,
-            "times": [_short(time) for time in film.poses.times.tolist()],
+            "times": [nine_digits(time) for time in film.poses.times.tolist()],
             "bodies": bodies,
             "marks": marks,
             **traces,
+            **({"beside": beside} if beside else {}),
             "overlays": overlays,
-            "images": [data for _, data in pictures],
+            **seen_through,
+            "images": [each.data for each in self._pictures],
             "poses": base64.b64encode(data.astype("<f4").tobytes()).decode("ascii"),
         }
 
-    def _seen(self, item: PreparedMark) -> bool:
+    def _camera(self, frame: FloatArray | None) -> dict[str, Any]:
+        """A map of the world, see `drawing.camera`."""
+        return {} if frame is None else {"camera": [self.number(column) for column in frame.T]}
+
+    def seen(self, item: PreparedMark) -> bool:
+        """Whether a mark is drawn in any frame."""
         return bool(self.film.paint(item)[0].any())
 
-    def _body(self, body: int) -> dict[str, Any]:
+    def body(self, body: int) -> dict[str, Any]:
+        """A body and how it moves."""
+        look()
         motion, thing = self.film.bodies[body], self.film.scene.things[body]
         return {
             "name": thing.name,
             "color": list(color_of(thing)),
-            "x": self._number(motion.x),
-            "y": self._number(motion.y),
-            "angle": self._number(motion.angle),
-            "visible": self._number(motion.visible.astype(np.float64)),
-            "anchors": {anchor.name: self._local(body, anchor.local) for anchor in thing.anchors},
+            "x": self.number(motion.x),
+            "y": self.number(motion.y),
+            "angle": self.number(motion.angle),
+            "visible": self.number(motion.visible.astype(np.float64)),
+            "anchors": {anchor.name: self.local(body, anchor.local) for anchor in thing.anchors},
         }
 
     def _mark(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
-        found = self._unclipped(item, image)
+        look()
+        found = self.unclipped(item, image)
+        if item.group is not None:
+            found["group"] = {
+                "thing": item.group.thing,
+                "opacity": self.number(paint_over(item.group, self.film.poses)[0]),
+            }
         if item.clip is not None:
             found["clip"] = self._columns(clip_outline(item.clip, self.film.poses))
+        if item.still:
+            found["still"] = True
         return found
 
     def _columns(self, part: MovingPart) -> list[float | list[int]]:
         """The points of a part, x and y in turn."""
-        return [self._number(column) for column in part.points.reshape(len(part.points), -1).T]
+        return [self.number(column) for column in part.points.reshape(len(part.points), -1).T]
 
-    def _unclipped(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
+    def unclipped(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
+        """A mark, but for what it is cut off by."""
         mark = item.mark
         opacity, color = self.film.paint(item)
-        paint = {"opacity": self._number(opacity), "color": [self._number(color[:, channel]) for channel in range(3)]}
+        paint = {"opacity": self.number(opacity), "color": [self.number(color[:, channel]) for channel in range(3)]}
         if isinstance(mark, LinkMark):
-            through = [[self._numbers[thing], *self._local(thing, local)] for thing, local in mark.through]
+            through = [[self.body_numbers[thing], *self.local(thing, local)] for thing, local in mark.through]
             return {"kind": "link", **paint, "through": through, "width": mark.width}
         if isinstance(mark, SymbolMark):
             return {"kind": "symbol", **paint, **self._symbol(mark)}
-        paint["body"] = self._numbers[mark.body]
+        if isinstance(mark, InsetMark):
+            return {"kind": "inset", **paint, **self._inset(mark)}
+        paint["body"] = self.body_numbers[mark.body]
+        if not isinstance(mark, FreeArrow | NoteMark) and mark.paint.about is not None:
+            scale = scale_over(mark.paint, self.film.poses)
+            if scale is not None:
+                about = self.local(mark.body, mark.paint.about)
+                paint |= {"scale": self.number(np.minimum(scale, FARTHEST)), "about": about}
         match mark:
             case PolylineMark():
                 points = [self.film.bodies[mark.body].local(point) for point in mark.points]
                 return {"kind": "line", **paint, **_line(points, mark.width, mark.arrow)}
             case DiscMark():
-                centre = self._local(mark.body, mark.centre)
+                centre = self.local(mark.body, mark.centre)
                 return {"kind": "disc", **paint, "centre": centre, "radius": mark.radius, "width": mark.width}
             case FreeArrow():
                 x, y = self.film.bodies[mark.body].local(mark.tail)
@@ -191,8 +232,8 @@ class _Data:
             case NoteMark():
                 letters = self._letters(mark.text, NOTE_HEIGHT, mark.offset)
                 halo = 2.0 / (letters["matrix"][0] * self.film.prepared.view.scale * self.film.prepared.fineness)
-                point = self._local(mark.body, mark.local)
-                note = {"point": point, "dot": mark.dot, "edge": DOT_EDGE, "halo": _short(halo)}
+                point = self.local(mark.body, mark.local)
+                note = {"point": point, "dot": mark.dot, "edge": DOT_EDGE, "halo": nine_digits(halo)}
                 return {"kind": "note", **paint, **letters, **note}
             case FigureMark():
                 local = self.film.bodies[mark.body].local
@@ -200,42 +241,51 @@ class _Data:
             case TextMark():
                 words = written(mark.pieces, mark.body, self.film.poses) if mark.pieces else [mark.text]
                 start = self.film.bodies[mark.body].local(mark.start)
-                found = self._words(words, mark.height, mark.align, mark.italic, start)
+                found = self.words(words, mark.height, mark.align, mark.italic, start)
                 return (
                     {"kind": "words", **paint, **found}
                     if mark.pieces
                     else {"kind": "text", **paint, **found["texts"][0]}
                 )
             case ImageMark():
-                assert item.sprite is not None
+                assert image is not None
                 x, y = self.film.bodies[mark.body].pivot
-                place = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ item.sprite.to_local
+                place = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[image].to_local
                 return {"kind": "image", **paint, "image": image, "matrix": _matrix(place)}
 
     def _part(self, part: FigurePart, place: Callable[[Point], Point]) -> dict[str, Any]:
         """A part of a figure."""
-        rings = [[[_short(x), _short(y)] for x, y in map(place, ring)] for ring in (part.points, *part.holes)]
+        rings = [[[nine_digits(x), nine_digits(y)] for x, y in map(place, ring)] for ring in (part.points, *part.holes)]
         return {**_style(part), "rings": rings}
+
+    def _inset(self, mark: InsetMark) -> dict[str, Any]:
+        """A part of the film once more."""
+        poses = self.film.poses
+        lines = inset_lines(mark, poses, camera(poses, self.film.prepared.view))
+        frame = inset_frame(mark, poses)
+        return {
+            **self._camera(detail(mark, poses)[0]),
+            "paper": frame.style.color and css(frame.style.color),
+            "frame": self._columns(frame),
+            "parts": [self._moving(part) for part in lines],
+        }
+
+    def _moving(self, part: MovingPart) -> dict[str, Any]:
+        shown = self.number(part.shown.astype(np.float64))
+        return {**_style(part.style), "shown": shown, "moving": self._columns(part)}
 
     def _symbol(self, mark: SymbolMark) -> dict[str, Any]:
         """What is drawn anew in every frame: numbers that may change, x and y in turn."""
         poses = self.film.poses
-        parts = [
-            {
-                **_style(part.style),
-                "shown": self._number(part.shown.astype(np.float64)),
-                "moving": self._columns(part),
-            }
-            for part in moving_parts(mark, poses)
-        ]
+        parts = [self._moving(part) for part in moving_parts(mark, poses)]
         words = caption(mark, poses)
         if words is None:
             return {"parts": parts}
-        written_at = {"x": self._number(words.place[:, 0]), "y": self._number(words.place[:, 1])}
-        letters = self._words(words.texts, mark.size, words.align, mark.italic, (0.0, 0.0))
+        written_at = {"x": self.number(words.place[:, 0]), "y": self.number(words.place[:, 1])}
+        letters = self.words(words.texts, mark.size, words.align, mark.italic, (0.0, 0.0))
         return {"parts": parts, "caption": {**written_at, **letters}}
 
-    def _words(self, words: list[str], height: float, align: str, italic: bool, start: Point) -> dict[str, Any]:
+    def words(self, words: list[str], height: float, align: str, italic: bool, start: Point) -> dict[str, Any]:
         """A text that may be another one in every frame: each of them once, and which one is shown."""
         numbers = {text: number for number, text in enumerate(dict.fromkeys(words))}
         found: list[dict[str, Any]] = []
@@ -244,9 +294,9 @@ class _Data:
             place = Affine(1.0, 0.0, start[0], 0.0, 1.0, start[1]) @ letters.place
             found.append({"text": unraised(text), "path": letters.path, "matrix": _matrix(place)})
         which = np.array([numbers[text] for text in words], dtype=np.float64)
-        return {"texts": found, "which": self._number(which)}
+        return {"texts": found, "which": self.number(which)}
 
-    def _trace(self, trace: Trace) -> dict[str, Any]:
+    def trace(self, trace: Trace) -> dict[str, Any]:
         """A trace, or the whole of a path."""
         mark = trace.mark
         path, ends = trace.through(self.film.poses)
@@ -257,34 +307,36 @@ class _Data:
         if mark.paint is not None:
             opacity, colors = paint_over(mark.paint, self.film.poses)
         return {
-            "body": self._numbers[mark.body],
-            "point": self._local(mark.body, mark.local),
-            "color": [self._number(colors[:, channel]) for channel in range(3)],
-            "opacity": self._number(opacity * (FAINT if mark.whole else 1.0)),
+            "body": self.body_numbers[mark.body],
+            "point": self.local(mark.body, mark.local),
+            "color": [self.number(colors[:, channel]) for channel in range(3)],
+            "opacity": self.number(opacity * (FAINT if mark.whole else 1.0)),
             "width": mark.width,
             "dash": list(mark.dash),
             "cap": mark.cap,
             "tail": mark.tail,
             "rows": len(path),
-            "path": [self._number(column) for column in path.T],
-            "ends": self._number(ends.astype(np.float64)),
+            "path": [self.number(column) for column in path.T],
+            "ends": self.number(ends.astype(np.float64)),
+            **({"still": True} if trace.still else {}),
         }
 
     def _letters(self, text: str, height: float, start: Point) -> dict[str, Any]:
         from movimentum.rendering.outlines import text_outline
 
         path = text_outline(text)
-        size = _short(height / UNITS)
-        return {"text": text, "path": path, "matrix": [size, 0, 0, size, *map(_short, start)]}
+        size = nine_digits(height / UNITS)
+        return {"text": text, "path": path, "matrix": [size, 0, 0, size, *map(nine_digits, start)]}
 
-    def _local(self, body: int, point: Point) -> list[float]:
-        return [_short(value) for value in self.film.bodies[body].local(point)]
+    def local(self, body: int, point: Point) -> list[float]:
+        """A local point of a body, measured from its pivot."""
+        return [nine_digits(value) for value in self.film.bodies[body].local(point)]
 
-    def _number(self, values: FloatArray) -> float | list[int]:
+    def number(self, values: FloatArray) -> float | list[int]:
         """A number, or where its values in all frames are to be found."""
         single = values.astype("<f4")
         if (single == single[0]).all():
-            return _short(float(values[0]))
+            return nine_digits(float(values[0]))
         key = single.tobytes()
         if key not in self._known:
             self._known[key] = self._length
@@ -300,9 +352,9 @@ def _paths(prepared: PreparedDrawing) -> list[tuple[str, tuple[Trace, ...]]]:
 def _style(part: FigurePart) -> dict[str, Any]:
     return {
         "form": str(part.form),
-        "width": _short(part.width),
-        "radius": _short(part.radius),
-        "color": None if part.color is None else _css(part.color),
+        "width": nine_digits(part.width),
+        "radius": nine_digits(part.radius),
+        "color": None if part.color is None else css(part.color),
         "closed": part.closed,
         "dash": list(part.dash),
         "cap": part.cap,
@@ -312,20 +364,25 @@ def _style(part: FigurePart) -> dict[str, Any]:
 def _line(points: Sequence[Point], width: float, arrow: bool) -> dict[str, Any]:
     parts = arrow_parts(points, width) if arrow else None
     shaft, head = parts if parts is not None else (points, None)
-    shown = {"points": [[_short(x), _short(y)] for x, y in shaft], "width": width}
-    return shown if head is None else {**shown, "head": [[_short(x), _short(y)] for x, y in head]}
+    shown = {"points": [[nine_digits(x), nine_digits(y)] for x, y in shaft], "width": width}
+    return shown if head is None else {**shown, "head": [[nine_digits(x), nine_digits(y)] for x, y in head]}
 
 
 def _matrix(place: Affine) -> list[float]:
     """As a canvas takes it: by columns."""
-    return [_short(value) for value in (place.a, place.d, place.b, place.e, place.c, place.f)]
+    return [nine_digits(value) for value in (place.a, place.d, place.b, place.e, place.c, place.f)]
 
 
-def _short(value: float) -> float:
-    """A number with nine digits, which is more than the poses have; whole ones without a point."""
+def nine_digits(value: Any) -> Any:
+    """A number with nine digits, which is more than the poses have; whole ones without a point. (A living figure's
+    stays what it is.)
+    """
+    if not isinstance(value, float | int):
+        return value
     rounded = float(f"{value:.9g}")
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
 
 
-def _css(color: tuple[int, int, int]) -> str:
+def css(color: tuple[int, int, int]) -> str:
+    """A colour as style sheets write it."""
     return "#" + "".join(f"{value:02x}" for value in color)

@@ -78,6 +78,10 @@ class MovimentumPainter {
 
   toScreen([x, y]) {
     const [a, b, c, d, e, f] = this.film.toImage;
+    if (this.film.camera) {
+      const [zoom, right, up] = this.film.camera.map((number) => this.value(number, this.frame));
+      [x, y] = [zoom * x + right, zoom * y + up];
+    }
     const box = this.canvas.getBoundingClientRect();
     const scale = box.width / this.film.width;
     return [box.left + window.scrollX + scale * (a * x + c * y + e),
@@ -96,10 +100,30 @@ class MovimentumPainter {
     context.lineCap = context.lineJoin = "round";
     context.imageSmoothingEnabled = true;
     context.imageSmoothingQuality = "high";
-    for (const path of film.paths) this.drawPath(path, this.rows(path));
-    for (const mark of film.marks) this.drawMark(mark);
-    if (this.tracing) for (const trace of this.traces) this.drawTrace(trace);
-    for (const mark of film.overlays) this.drawMark(mark);
+    this.drawFilm(film.camera);
+    this.drawMarks(film.beside || []);
+    this.drawMarks(film.overlays, film.camera);
+  }
+
+  /* The film itself, which insets show too (without what is still): under a map of the world. */
+  drawFilm(camera, inset = false) {
+    const film = this.film, shown = (things) => things.filter((thing) => !(inset && thing.still));
+    const lines = (traces, paint) => {
+      for (const trace of shown(traces)) this.mapped(trace.still ? null : camera, () => paint(trace));
+    };
+    lines(film.paths, (path) => this.drawPath(path, this.rows(path)));
+    this.drawMarks(shown(film.marks), camera);
+    if (this.tracing) lines(this.traces, (trace) => this.drawTrace(trace));
+  }
+
+  /* Paint with everything larger by a zoom, then moved by x and y. */
+  mapped(camera, paint) {
+    if (!camera) { paint(); return; }
+    const [zoom, x, y] = camera.map((number) => this.value(number, this.frame));
+    this.context.save();
+    this.context.transform(zoom, 0, 0, zoom, x, y);
+    paint();
+    this.context.restore();
   }
 
   /* The background, and the way from world to canvas. */
@@ -112,6 +136,19 @@ class MovimentumPainter {
     const scale = this.canvas.width / film.width;
     context.setTransform(scale, 0, 0, scale, 0, 0);
     context.transform(...film.toImage);
+  }
+
+  /* Marks from back to front; those of a group, which are beside each other, are faded as one. */
+  drawMarks(marks, camera = null) {
+    const draw = (mark) => this.mapped(mark.still ? null : camera, () => this.drawMark(mark));
+    const thing = (mark) => mark && mark.group && mark.group.thing;
+    for (let k = 0, end; k < marks.length; k = end) {
+      end = k + 1;
+      const group = marks[k].group;
+      while (group && thing(marks[end]) === group.thing) end += 1;
+      const some = marks.slice(k, end), opacity = group ? this.value(group.opacity, this.frame) : 1;
+      if (opacity > 0) this.together(opacity, () => some.forEach(draw));
+    }
   }
 
   drawMark(mark) {
@@ -132,6 +169,8 @@ class MovimentumPainter {
     if (this.strokes) context.lineWidth = mark.width;
     if (mark.kind === "link") {
       this.line(mark.through.map(([body, x, y]) => this.world(body, x, y, frame)));
+    } else if (mark.kind === "inset") {
+      this.together(opacity, () => this.inset(mark));
     } else if (mark.kind === "symbol") {
       this.together(opacity, () => this.symbol(mark));
     } else {
@@ -145,6 +184,12 @@ class MovimentumPainter {
         this.note(mark);
       } else {
         context.rotate(turn);
+        if (mark.scale !== undefined) {
+          const [u, v] = mark.about, size = this.value(mark.scale, frame);
+          context.translate(u, v);
+          context.scale(size, size);
+          context.translate(-u, -v);
+        }
         if (mark.kind === "line") this.arrow(mark);
         else if (mark.kind === "disc") this.disc(mark);
         else if (mark.kind === "image") this.image(mark, channels);
@@ -207,6 +252,20 @@ class MovimentumPainter {
     context.restore();
   }
 
+  /* A part of the film once more, in a frame. */
+  inset(mark) {
+    const context = this.context;
+    context.save();
+    context.beginPath();
+    this.ring(mark.frame).forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
+    context.clip();
+    if (mark.paper) context.fillStyle = mark.paper;
+    context.fill();
+    this.drawFilm(mark.camera, true);
+    context.restore();
+    this.symbol(mark);
+  }
+
   /* Points that change, given as x and y in turn. */
   ring(columns) {
     const points = [];
@@ -265,25 +324,29 @@ class MovimentumPainter {
   image(mark, channels) {
     const image = this.images[mark.image];
     if (!image.complete || image.naturalWidth === 0) return;
-    this.context.transform(...mark.matrix);
-    this.context.drawImage(channels.every((channel) => channel === 255) ? image : this.tinted(image, channels), 0, 0);
+    const context = this.context;
+    context.transform(...mark.matrix);
+    const plain = channels.every((channel) => channel === 255);
+    context.drawImage(plain ? image : this.tinted(image, channels), 0, 0, image.naturalWidth, image.naturalHeight);
   }
 
-  /* The image with its colours multiplied by a tint; the last few are kept. */
+  /* The image with its colours multiplied by a tint, outlines as fine as they are drawn; the last few are kept. */
   tinted(image, channels) {
-    const key = `${this.images.indexOf(image)} ${channels.join(" ")}`;
+    const {a, b} = this.context.getTransform();
+    const fine = image.src.startsWith("data:image/svg") ? Math.min(8, Math.max(1, Math.ceil(Math.hypot(a, b)))) : 1;
+    const key = `${this.images.indexOf(image)} ${fine} ${channels.join(" ")}`;
     if (!this.tints.has(key)) {
       if (this.tints.size > 64) this.tints.clear();
       const sheet = document.createElement("canvas");
-      sheet.width = image.naturalWidth;
-      sheet.height = image.naturalHeight;
+      sheet.width = fine * image.naturalWidth;
+      sheet.height = fine * image.naturalHeight;
       const context = sheet.getContext("2d");
-      context.drawImage(image, 0, 0);
+      context.drawImage(image, 0, 0, sheet.width, sheet.height);
       context.globalCompositeOperation = "multiply";
       context.fillStyle = `rgb(${channels.join(",")})`;
       context.fillRect(0, 0, sheet.width, sheet.height);
       context.globalCompositeOperation = "destination-in";
-      context.drawImage(image, 0, 0);
+      context.drawImage(image, 0, 0, sheet.width, sheet.height);
       this.tints.set(key, sheet);
     }
     return this.tints.get(key);

@@ -59,6 +59,17 @@ def moving_part(part: MovingPart, ink: str, opacity: FloatArray, decimals: int, 
     return element
 
 
+def tinted(name: str, tint: FloatArray, animate: Animator) -> str:
+    """The filter ``name`` that multiplies colours by ``tint`` (F, 3), of 255."""
+    functions: list[str] = []
+    for column, channel in enumerate("RGB"):
+        function = XmlElement(f"feFunc{channel}", ['type="linear"'])
+        animate(function, "slope", texts([tint[:, column] / 255.0], 4))
+        functions.append(str(function))
+    transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
+    return f'<filter id="{name}" color-interpolation-filters="sRGB">{transfer}</filter>'
+
+
 def painted(part: FigurePart, ink: str, decimals: int) -> list[str]:
     """The attributes of a part's colour and line; what the group around all marks says is left out."""
     color = ink if part.color is None else hex_color(part.color)

@@ -8,39 +8,48 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import count, groupby
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.camera import camera, detail, inset_frame, inset_lines
 from movimentum.drawing.clips import clip_outline
 from movimentum.drawing.model import (
+    BodyMark,
     DiscMark,
     FigureMark,
     FreeArrow,
     ImageMark,
+    InsetMark,
     LinkMark,
     NoteMark,
+    Paint,
     Point,
     PolylineMark,
     SymbolMark,
     TextMark,
     ThingMark,
 )
-from movimentum.drawing.motion import link_points
+from movimentum.drawing.motion import link_points, paint_over, scale_over
+from movimentum.drawing.parts import MovingPart
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written
 from movimentum.geometry import Affine
-from movimentum.rendering.prepare import PreparedMark
-from movimentum.text import listed, unraised
+from movimentum.rendering.changing import runs
+from movimentum.rendering.marks import PreparedMark
+from movimentum.text import listed
+from movimentum.vector.drawings import group
 from movimentum.vector.elements import XmlElement, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
 from movimentum.vector.letters import lettering
 from movimentum.vector.numbers import FilmClock, held, joined, short, texts
-from movimentum.vector.parts import moving_part, still_part
+from movimentum.vector.parts import moving_part, still_part, tinted
 from movimentum.vector.paths import PathWriter
+from movimentum.vector.words import WordWriter, matrix, spoken
 
 LONG = 240
 """Characters of a shape that is written once, even if it is drawn twice."""
@@ -58,7 +67,7 @@ def svg_document(film: Film) -> Iterator[str]:
     background = film.prepared.drawing.background
     if background is not None:
         yield f'<rect width="100%" height="100%" fill="{hex_color(background)}"/>\n'
-    drawn = f'{_matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round"'
+    drawn = f'{matrix(view.to_image)} fill="none" stroke-linecap="round" stroke-linejoin="round"'
     lines = [*writer.marks()]
     if not any("<animate" in line for line in lines):
         yield from (f"<g {drawn}>\n", *lines, "</g>\n</svg>\n")
@@ -90,48 +99,85 @@ class _SvgWriter:
         view = film.prepared.view
         self._clock = FilmClock(film.frames, film.fps, film.loop)
         self._timing = self._clock.timing()
-        self._decimals = max(0, 2 + math.ceil(math.log10(view.scale)))
+        self._decimals = max(0, 2 + math.ceil(math.log10(view.scale * film.prepared.closest)))
         # so that what is far from the pivot is not off by more than a point of the picture is
-        self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) / 6.0)))
+        self._turns = max(1, math.ceil(math.log10(max(view.width, view.height) * film.prepared.closest / 6.0)))
         self._fineness = view.scale * film.prepared.fineness
-        self._words = self._clips = 0
-        self._pictures, self._places = (
-            embedded(film.prepared.things) if moving is None else (moving._pictures, moving._places)
-        )
+        self._clips = 0
+        self._letters_of = WordWriter(film, self._prefix, self._animate)
+        self._look = camera(film.poses, view)
+        self._runs: list[str] = []
+        self._pictures, self._places = embedded(film.prepared) if moving is None else (moving._pictures, moving._places)
 
     def marks(self) -> Iterator[str]:
         """All that is drawn, back to front."""
         prepared = self.film.prepared
+        number = count()
+        still_always = self._look is None and not prepared.beside
+        for still, run in groupby(self._under(number), lambda each: each[0]):
+            lines = [line for _, line in run]
+            yield from lines if still or still_always else [self._seen(lines)]
+        for item in prepared.beside:
+            yield self.mark(item, next(number))
+        overlays = [self.mark(item) for item in prepared.overlays]
+        yield from overlays if self._look is None or not overlays else [self._seen(overlays)]
+
+    def _under(self, number: Iterator[int]) -> Iterator[tuple[bool, str]]:
+        """What insets show too: whether the camera leaves it, and its text. ``number`` counts marks."""
+        prepared = self.film.prepared
         paths = PathWriter(self.film, self._decimals, self._animate)
         for path in prepared.paths:
-            yield from paths.whole(path)
-        for place, item in enumerate(prepared.things):
-            yield self.mark(item, place)
+            yield from ((path.still, line) for line in paths.whole(path))
+        for together, numbers in runs(prepared.things):
+            items = [prepared.things[place] for place in numbers]
+            lines = [(item.still, self.mark(item, next(number))) for item in items]
+            if together is None:
+                yield from lines
+            else:
+                yield all(still for still, _ in lines), self._together(together, [line for _, line in lines])
         for trace in prepared.traces:
-            yield from paths.trace(trace)
-        for item in prepared.overlays:
-            yield self.mark(item)
+            yield from ((trace.still, line) for line in paths.trace(trace))
+
+    def _seen(self, lines: Sequence[str]) -> str:
+        """What the camera moves."""
+        self._runs.append(f"{self._prefix}l{len(self._runs)}")
+        attributes = [f'id="{self._runs[-1]}"'] if self.film.prepared.beside else []
+        return f"{self._mapped(XmlElement('g', attributes, [''.join(lines)]), self._look)}\n"
+
+    def _mapped(self, element: XmlElement, look: FloatArray | None) -> XmlElement:
+        """An element under a map of the world, see `drawing.camera`."""
+        if look is None:
+            return element
+        zoom, x, y = look.T
+        inner = XmlElement("g", inside=[str(element)])
+        self._transform(inner, "scale", texts([zoom], 6))
+        outer = XmlElement("g", inside=[str(inner)])
+        self._transform(outer, "translate", texts([x, y], self._decimals))
+        return outer
+
+    def _together(self, group: Paint, lines: Sequence[str]) -> str:
+        """Marks that are faded as one."""
+        values = texts([paint_over(group, self.film.poses)[0]], 3)
+        if set(values) == {"1"}:
+            return "".join(lines)
+        element = XmlElement("g", inside=[*lines])
+        self._animate(element, "opacity", values)
+        return f"{element}\n" if any(lines) else ""
 
     def definitions(self) -> Iterator[str]:
         """The pictures, each once, and the filters of things that are tinted."""
-        for number, (sprite, data) in enumerate(self._pictures if self._moving_one is None else ()):
-            width, height = sprite.image.size
-            picture = f'<image id="i{number}" width="{width}" height="{height}" href="{data}"/>'
-            yield f"<defs>{picture}</defs>\n"
-        for number, item in enumerate(self.film.prepared.things):
+        for number, each in enumerate(self._pictures if self._moving_one is None else ()):
+            name, (width, height) = f'id="i{number}"', each.size
+            if each.drawn is None:
+                inside = f'<image {name} width="{width}" height="{height}" href="{each.data}"/>'
+            else:
+                inside = group(each.drawn.text, name)
+            yield f"<defs>{inside}</defs>\n"
+        for number, item in enumerate((*self.film.prepared.things, *self.film.prepared.beside)):
             if isinstance(item.mark, ImageMark):
                 tint = self.film.paint(item)[1]
                 if (tint != 255.0).any():
-                    yield f"<defs>{self._tint(number, tint)}</defs>\n"
-
-    def _tint(self, number: int, tint: FloatArray) -> str:
-        functions: list[str] = []
-        for column, channel in enumerate("RGB"):
-            function = XmlElement(f"feFunc{channel}", ['type="linear"'])
-            self._animate(function, "slope", texts([tint[:, column] / 255.0], 4))
-            functions.append(str(function))
-        transfer = f"<feComponentTransfer>{''.join(functions)}</feComponentTransfer>"
-        return f'<filter id="{self._prefix}t{number}" color-interpolation-filters="sRGB">{transfer}</filter>'
+                    yield f"<defs>{tinted(f'{self._prefix}t{number}', tint, self._animate)}</defs>\n"
 
     def mark(self, item: PreparedMark, number: int = -1) -> str:
         """One line of the file; ``number`` is that of a thing's mark."""
@@ -147,10 +193,16 @@ class _SvgWriter:
                 group = self._symbol(mark, ink, opacity)
             case NoteMark():
                 group = self._note(mark, ink, opacity)
+            case InsetMark():
+                group = self._inset(mark, ink, opacity)
             case ImageMark():
-                group = self._moving(self._image(mark, number, (colors != 255.0).any()), mark.body, opacity)
-            case _:
+                group = self._image(mark, number, (colors != 255.0).any())
+                group = self._moving(self._scaled(group, mark, opacity), mark.body, opacity)
+            case FreeArrow():
                 group = self._moving(self._shared(self._shape(mark, ink)), mark.body, opacity)
+            case _:
+                group = self._scaled(self._shared(self._shape(mark, ink)), mark, opacity)
+                group = self._moving(group, mark.body, opacity)
         if ink == "currentColor" and not isinstance(mark, ImageMark):  # which has a filter for its tint
             self._animate(group, "color", [hex_color(row) for row in held(colors, opacity)])
         values = texts([opacity], 3)
@@ -158,13 +210,31 @@ class _SvgWriter:
             self._animate(group, "opacity", values)
         return f"{group}\n" if item.clip is None else f"{self._clipped(group, item.clip, opacity)}\n"
 
-    def _clipped(self, group: XmlElement, by: ThingMark, opacity: FloatArray) -> XmlElement:
-        """A mark that is seen only inside another one."""
+    def _inset(self, mark: InsetMark, ink: str, opacity: FloatArray) -> XmlElement:
+        """A part of the film once more."""
+        poses = self.film.poses
+        look, shown = detail(mark, poses)
+        frame = inset_frame(mark, poses)
+
+        def part(each: MovingPart, color: str) -> XmlElement:
+            return moving_part(each, color, opacity, self._decimals, self._animate)
+
+        uses = XmlElement("g", inside=[f'<use href="#{run}"/>' for run in self._runs])
+        seen = self._inside(self._mapped(uses, np.where(shown[:, None], look, look[:1])), part(frame, "#000"))
+        lines = [part(each, ink) for each in inset_lines(mark, poses, self._look)]
+        return XmlElement("g", inside=[str(each) for each in (part(frame, ink), seen, *lines)])
+
+    def _inside(self, group: XmlElement, outline: XmlElement) -> XmlElement:
+        """A group that is seen only inside an outline."""
         self._clips += 1
         name = f"{self._prefix}c{self._clips}"
-        outline = moving_part(clip_outline(by, self.film.poses), "#000", opacity, self._decimals, self._animate)
         clip = XmlElement("clipPath", [f'id="{name}"'], [str(outline)])
         return XmlElement("g", [f'clip-path="url(#{name})"'], [str(clip), str(group)])
+
+    def _clipped(self, group: XmlElement, by: ThingMark, opacity: FloatArray) -> XmlElement:
+        """A mark that is seen only inside another one."""
+        outline = moving_part(clip_outline(by, self.film.poses), "#000", opacity, self._decimals, self._animate)
+        return self._inside(group, outline)
 
     def _shared(self, shape: XmlElement) -> XmlElement:
         """A shape that takes much room, so that the film and its first frame both use it."""
@@ -181,9 +251,9 @@ class _SvgWriter:
     def _image(self, mark: ImageMark, number: int, tinted: np.bool_) -> XmlElement:
         place = self._places[number]
         x, y = self.film.bodies[mark.body].pivot
-        to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place][0].to_local
+        to_pivot = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[place].to_local
         tint = [f'filter="url(#{self._prefix}t{number})"'] if tinted else []
-        return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, _matrix(to_pivot)]))])
+        return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, matrix(to_pivot)]))])
 
     def _symbol(self, mark: SymbolMark, ink: str, opacity: FloatArray) -> XmlElement:
         """What is drawn anew in every frame."""
@@ -192,38 +262,11 @@ class _SvgWriter:
             group.inside.append(str(moving_part(part, ink, opacity, self._decimals, self._animate)))
         words = caption(mark, self.film.poses)
         if words is not None:
-            letters = self._changing(words.texts, mark.size, words.align, mark.italic, f'fill="{ink}"')
+            letters = self._letters_of.changing(words.texts, mark.size, words.align, mark.italic, f'fill="{ink}"')
             place = held(np.clip(words.place, -FARTHEST, FARTHEST), opacity)
             self._translate(letters, texts(list(place.T), self._decimals))
             group.inside.append(str(letters))
         return group
-
-    def _changing(self, words: list[str], height: float, align: str, italic: bool, drawn: str) -> XmlElement:
-        """A text that may be another one in every frame: each letter once, each text once, and which one is shown."""
-        numbers: dict[str, str] = {}
-        found: list[str] = []
-        letter: dict[str, str] = {}
-
-        def spelled(path: str, x: float) -> str:
-            if path not in letter:
-                self._words += 1
-                letter[path] = f"{self._prefix}w{self._words}"
-                found.append(f'<path id="{letter[path]}" fill-rule="evenodd" d="{path}"/>')
-            return f'<use href="#{letter[path]}" x="{short(x, 1)}"/>'
-
-        for text in dict.fromkeys(words):
-            letters = lettering(text, height, align, italic)
-            inside = None if letters.glyphs is None else "".join(spelled(*glyph) for glyph in letters.glyphs)
-            self._words += 1
-            numbers[text] = f"#{self._prefix}w{self._words}"
-            start = f'id="{self._prefix}w{self._words}" {_matrix(letters.place)}'
-            if inside is None:
-                found.append(f'<path {start} fill-rule="evenodd" d="{letters.path}"/>')
-            else:
-                found.append(f"<g {start}>{inside}</g>")
-        use = XmlElement("use", [drawn])
-        self._animate(use, "href", [numbers[text] for text in words])
-        return XmlElement("g", [_spoken(words[0])], [f"<defs>{''.join(found)}</defs>", str(use)])
 
     def _shape(self, mark: TextMark | PolylineMark | DiscMark | FigureMark | FreeArrow, ink: str) -> XmlElement:
         local = self.film.bodies[mark.body].local
@@ -243,16 +286,20 @@ class _SvgWriter:
                 drawn, (x, y) = f'fill="{ink}"', local(mark.start)
                 if mark.pieces:
                     words = written(mark.pieces, mark.body, self.film.poses)
-                    inside = self._changing(words, mark.height, mark.align, mark.italic, drawn)
+                    inside = self._letters_of.changing(words, mark.height, mark.align, mark.italic, drawn)
                     inside.attributes.append(f'transform="translate({joined(x, y, decimals=self._decimals)})"')
                     return XmlElement("g", inside=[str(inside)])
+                if self.film.live:
+                    words = self._letters_of.live([mark.text], mark.height, mark.align, mark.italic, drawn)
+                    words.attributes.append(f'transform="translate({joined(x, y, decimals=self._decimals)})"')
+                    return XmlElement("g", inside=[str(words)])
                 letters = lettering(mark.text, mark.height, mark.align, mark.italic)
-                place = _matrix(Affine(1.0, 0.0, x, 0.0, 1.0, y) @ letters.place)
+                place = matrix(Affine(1.0, 0.0, x, 0.0, 1.0, y) @ letters.place)
                 path = f'<path {place} fill-rule="evenodd" {drawn} d="{letters.path}"/>'
-                return XmlElement("g", [_spoken(mark.text)], [path])
+                return XmlElement("g", [spoken(mark.text)], [path])
 
     def _note(self, mark: NoteMark, ink: str, opacity: FloatArray) -> XmlElement:
-        group = XmlElement("g", [_spoken(mark.text)])
+        group = XmlElement("g", [spoken(mark.text)])
         paper = hex_color(PAPER)
         if mark.dot:
             edge = [f'stroke="{ink}"', f'stroke-width="{DOT_EDGE}"', f'fill="{paper}"']
@@ -297,11 +344,23 @@ class _SvgWriter:
 
         path = text_outline(text)
         size = height / UNITS
-        place = _matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
+        place = matrix(Affine(size, 0.0, start[0], 0.0, size, start[1]))
         return f'<path {place} fill-rule="evenodd" {drawn} d="{path}"/>'
 
     def _points(self, points: Sequence[Point]) -> str:
         return joined(*(value for point in points for value in point), decimals=self._decimals + 1)
+
+    def _scaled(self, element: XmlElement, mark: BodyMark, shown: FloatArray) -> XmlElement:
+        """The element, measured from a body's pivot, as large as its scale says."""
+        scale = scale_over(mark.paint, self.film.poses)
+        if scale is None or mark.paint.about is None:
+            return element
+        size = np.minimum(held(scale, shown), FARTHEST)
+        rest = (1.0 - size)[:, None] * np.array(self.film.bodies[mark.body].local(mark.paint.about))
+        self._transform(element, "scale", texts([size], self._turns + 2))
+        element = XmlElement("g", inside=[str(element)])
+        self._translate(element, texts(list(np.clip(rest, -FARTHEST, FARTHEST).T), self._decimals))
+        return XmlElement("g", inside=[str(element)])
 
     def _moving(self, element: XmlElement, body: int, shown: FloatArray) -> XmlElement:
         """The element, measured from a body's pivot, as it moves with the body."""
@@ -337,14 +396,3 @@ class _SvgWriter:
 
 def _still(values: Sequence[str]) -> bool:
     return all(value == values[0] for value in values)
-
-
-def _spoken(text: str) -> str:
-    plain = unraised(text)
-    drawn = "" if plain == text else f' data-drawn="{escaped(text)}"'
-    return f'role="img" aria-label="{escaped(plain)}"{drawn}'
-
-
-def _matrix(place: Affine) -> str:
-    numbers = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
-    return f'transform="matrix({numbers})"'

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 
 from movimentum.encoding.write import Progress, WriteReport
 from movimentum.errors import usage_error
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.rendering.prepare import PreparedDrawing
 from movimentum.rendering.stream import PoseSource, chunks, concatenate
 from movimentum.scene.model import Scene
 from movimentum.terminal import typed
 from movimentum.text import counted
 from movimentum.vector.film import Film, make_film
+from movimentum.vector.images import rastered
+
+
+class TextForm(StrEnum):
+    """``outlines``: letters look the same everywhere; ``live``: texts stay texts. If nothing is said, an SVG has
+    outlines and a PDF texts (with their letters); a page has outlines.
+    """
+
+    OUTLINES = "outlines"
+    LIVE = "live"
+
 
 MAX_POSES = 1_000_000
 """Poses (things times frames) in one file: some 30 MB, which browsers still open."""
@@ -65,12 +78,14 @@ def write_film(
     fps: Fraction,
     loop: int = 0,
     progress: Progress | None = None,
+    text: TextForm | None = None,
 ) -> WriteReport:
     """Write all frames of ``source`` to ``path``, whose suffix is one of `DOCUMENTS`; one frame is a still.
 
     Frame k (by position in ``source``) is shown from k / ``fps`` seconds. ``loop``: how often the film is played,
-    0 for ever. The same film gives the same bytes. The file appears whole or not at all; `UsageError` if it cannot be
-    written (``output/unwritable``) or there is no frame (``output/no-frames``).
+    0 for ever. ``text``: how texts are written (None: as `TextForm` says). The same film gives the same bytes. The file
+    appears whole or not at all; `UsageError` if it cannot be written (``output/unwritable``) or there is no frame
+    (``output/no-frames``).
     """
     held = list(chunks(source))
     if not held:
@@ -78,10 +93,13 @@ def write_film(
     named = scene.source.path
     title = "Movimentum" if named.startswith("<") else Path(named).stem
     film = make_film(scene, prepared, concatenate(held), title, fps, loop)
+    live = path.suffix.lower() == ".pdf" if text is None else text is TextForm.LIVE
+    film = replace(film, live=live)
     document = DOCUMENTS[path.suffix.lower()](film)
     with whole_file(path) as part, part.open("wb") as stream:
         stream.writelines(document)
     if progress is not None:
         progress(film.frames, film.frames)
     size = (prepared.view.width, prepared.view.height)
-    return WriteReport((path,), film.frames, size, film.frames / fps, 1)
+    told = tuple(rastered(prepared, path.suffix[1:].upper()))
+    return WriteReport((path,), film.frames, size, film.frames / fps, 1, told)

@@ -51,27 +51,26 @@ def animate(
     ``elsewhere``: who draws, other than this machine; ``most``: bytes of the file, of which no more are written
     (`TooHeavy`).
     """
-    from movimentum.analysis.diagnose.off_canvas import OUTSIDE
     from movimentum.drawing.options import Show
-    from movimentum.encoding.told import AREA, HEAVY
+    from movimentum.encoding.told import AREA, FIRST, HEAVY, RASTER, only_first
     from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
+    from movimentum.rendering.off_canvas import OUTSIDE
 
     kind, found = check_output(target, transparent=picture.transparent), format_of(target)
-    background = None if picture.background is None else _color(picture.background)
+    background = None if picture.background is None else ground_color(picture.background)
     refuse_unwritable(target)
     timeline = solution.motion.timeline if solution else _arranged(source, choices, picture)
     scene, numbers = timeline.scene, range(timeline.frame_count + 1 if kind == "sequence" else 0)
     refuse_overwriting(target, reads(source, scene), numbers)
-    options, frames = _options(scene, picture, background), _frames(timeline, picture)
+    options, frames = options_of(scene, picture, background), _frames(timeline, picture)
     drawn = frames[:1] if found.still and kind != "sequence" else frames
-    shown = drawn if picture.at is None else (picture.at,)
+    shown, asked = (drawn, frames if picture.frames else drawn) if picture.at is None else ((picture.at,), drawn)
     if found.write is None:
         from movimentum.vector.write import refuse_too_long
 
         refuse_too_long(scene, len(shown), target)
-    # what is too large is refused before the work
-    ready = way_to(found, scene, (), options, elsewhere) if _is_ready(scene, options) else None
+    ready = way_to(found, scene, (), options, elsewhere) if _is_ready(scene, options) else None  # limits come first
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
     poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
@@ -84,6 +83,7 @@ def animate(
         message = "none of the frames asked for has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
     every = PoseChunks(motion, range(timeline.frame_count), skip, drawn=True)
+    scene, poses, every, options = _on_backdrop(scene, poses, every, options)
     write = ready or way_to(found, scene, every, options, elsewhere)
     with ExitStack() as stack:
         # With --strict, a warning during writing must not leave a file: so it is written beside its place.
@@ -91,8 +91,8 @@ def animate(
         place = stack.enter_context(whole_file(target)) if doubtful else target
         written = write(_repeated(poses, picture.repeats), place, timeline.fps, picture, progress)
         said, notes = afterwards(solution, choices)
-        diagnostics = _accepted(said, written, place, target, choices, most)
-    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA))  # notes that are always told
+        diagnostics = _accepted((*said, *only_first(asked, drawn, target)), written, place, target, choices, most)
+    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA, RASTER, FIRST))
     return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told), written.size)
 
 
@@ -154,7 +154,7 @@ def natural_size(solution: Solution, picture: Picture) -> tuple[float, float]:
     if scene.config.size is not None:
         return float(scene.config.size[0]), float(scene.config.size[1])
     every = PoseChunks(motion, range(motion.timeline.frame_count), False, drawn=True)
-    options = _options(scene, replace(picture, scale=1.0, max_pixels=sys.maxsize), None)
+    options = options_of(scene, replace(picture, scale=1.0, max_pixels=sys.maxsize), None)
     view = prepare_drawing(scene, every, replace(options, motion=motion.path)).view
     return float(view.width), float(view.height)
 
@@ -165,14 +165,34 @@ def _is_ready(scene: Scene, options: PictureOptions) -> bool:
     from movimentum.rendering.prepare import needs_film
 
     alone = not (options.traces or needs_film(scene))
-    return scene.config.size is not None and alone and Show.FREE not in options.show
+    return scene.config.size is not None and alone and not options.show & {Show.FREE, Show.GRID, Show.AXES}
+
+
+def _on_backdrop(
+    scene: Scene, poses: PoseSource, every: PoseSource, options: PictureOptions
+) -> tuple[Scene, PoseSource, PoseSource, PictureOptions]:
+    """The same with the grid and the axes that are asked for; the canvas does not become larger for them."""
+    from movimentum.drawing.options import Show
+
+    if not options.show & {Show.GRID, Show.AXES}:
+        return scene, poses, every, options
+    from movimentum.drawing.backdrop import with_backdrop
+    from movimentum.rendering.prepare import prepare_drawing
+    from movimentum.rendering.stream import StillPoses
+
+    view = prepare_drawing(scene, every, replace(options, scale=1.0, canvas=None)).view
+    room = (view.left, view.bottom, view.left + view.width, view.bottom + view.height)
+    whole = with_backdrop(scene, options.show, room)
+    more = len(whole.things) - len(scene.things)
+    return whole, StillPoses(poses, more), StillPoses(every, more), replace(options, room=room)
 
 
 def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timeline:
     return arranged(understand(source, choices, picture.max_pixels), choices)
 
 
-def _options(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
+def options_of(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
+    """What is drawn of a scene, as a user asks for it."""
     from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(
@@ -222,7 +242,8 @@ def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark
     return tuple(marks)
 
 
-def _color(text: str) -> tuple[int, int, int]:
+def ground_color(text: str) -> tuple[int, int, int]:
+    """A colour as a user spells it; `UsageError` for one that there is not."""
     from movimentum.things.colors import color, color_names
 
     found = color(text)

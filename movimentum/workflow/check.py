@@ -14,30 +14,49 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.fixes import with_fixes
 from movimentum.workflow.read import read
-from movimentum.workflow.stages import arranged, examined, moved, understand
+from movimentum.workflow.stages import arranged, examined, judged, moved, understand
 
 if TYPE_CHECKING:
+    from movimentum.analysis.gaps.overlaps import Overlap
     from movimentum.analysis.report import StepReport
+    from movimentum.certifying.certificate import Certificate
     from movimentum.solver.motion import PathMotion
 
 
 @dataclass(frozen=True, slots=True)
 class CheckReport:
-    """Everything that can be said without rendering; ``frames`` and ``duration`` are None if not known."""
+    """Everything that can be said without rendering; ``frames`` and ``duration`` are None if not known.
+    ``certificate`` and ``gaps`` (what overlaps): where they were asked for, and the rest of the check has passed.
+    """
 
     diagnostics: tuple[Diagnostic, ...]
     steps: Sequence[StepReport]
     frames: int | None
     duration: float | None
     exit_code: int
+    certificate: Certificate | None = None
+    gaps: Sequence[Overlap] | None = None
+
+
+UNDECIDED = 4
+"""The exit code where nothing is wrong, but not all of what was asked for is proved."""
 
 
 def check(
-    path: str, choices: Choices, *, fps_invariance: bool = False, reverse: bool = False
+    path: str,
+    choices: Choices,
+    *,
+    fps_invariance: bool = False,
+    reverse: bool = False,
+    certify: bool = False,
+    gaps: bool = False,
+    all_layers: bool = False,
 ) -> tuple[CheckReport, SourceText]:
     """All diagnostics, with the fixes that work, and the step reports; a script's errors are reported, not raised.
 
-    ``fps_invariance`` and ``reverse`` test promises on this script (see `analysis.invariance`).
+    ``fps_invariance`` and ``reverse`` test promises on this script (see `analysis.invariance`); ``certify`` proves that
+    its frames belong to one motion (see `certifying`); ``gaps`` looks for things that overlap, with ``all_layers`` also
+    on different layers.
 
     Raises `UsageError` if there is no script to read.
     """
@@ -69,8 +88,38 @@ def check(
         more += reverse_diagnostics(solution.motion.path)
     if fault == 0 and any(item.severity is Severity.ERROR for item in more):
         fault = 1
+    certified: Certificate | None = None
+    if certify and fault == 0:
+        certified, about = _certified(solution.motion.path)
+        more += about
+        fault = 1 if any(item.severity is Severity.ERROR for item in about) else UNDECIDED if about else 0
+    overlapping: Sequence[Overlap] | None = None
+    if gaps and fault in (0, UNDECIDED):
+        overlapping, told, warned = _gaps(solution.motion.path, choices, all_layers=all_layers)
+        more += told
+        fault = 1 if warned else fault
     found = (*found, *more)
-    return CheckReport(limited(found), solution.steps, frames, duration, fault), source
+    return CheckReport(limited(found), solution.steps, frames, duration, fault, certified, overlapping), source
+
+
+def _certified(motion: PathMotion) -> tuple[Certificate, Sequence[Diagnostic]]:
+    """The certificate of a film, and what is said of it."""
+    from movimentum.certifying.certificate import certificate
+    from movimentum.certifying.told import certificate_diagnostics
+
+    found = certificate(motion)
+    return found, list(certificate_diagnostics(found))
+
+
+def _gaps(
+    motion: PathMotion, choices: Choices, *, all_layers: bool
+) -> tuple[Sequence[Overlap], Sequence[Diagnostic], bool]:
+    """What overlaps, what is said of it, and whether that is an error."""
+    from movimentum.analysis.gaps.overlaps import overlaps
+    from movimentum.analysis.gaps.told import overlap_diagnostics
+
+    found = overlaps(motion, all_layers=all_layers)
+    return found, *judged(overlap_diagnostics(motion.timeline.scene, found), choices)
 
 
 def _at_other_rate(motion: PathMotion, told: Sequence[Diagnostic]) -> Iterator[Diagnostic]:

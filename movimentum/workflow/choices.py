@@ -65,7 +65,8 @@ class Picture:
 
     ``frames`` chooses frames, ``at`` one instant instead; ``traces`` are ``Thing.Anchor`` names; ``show`` is a subset
     of "names", "free", "anchors"; ``background`` as the user spelled it; ``workers`` None: chosen automatically;
-    ``lossy``: levels by which the colours of a GIF may be off, to make it smaller. ``scale`` None: 1, or what the place
+    ``lossy``: levels by which the colours of a GIF may be off, to make it smaller. ``text``: "outlines" or "live"
+    (None: as the format has it). ``scale`` None: 1, or what the place
     asks for where the film is shown. ``canvas``: the size of the whole picture, with the film in its middle;
     ``repeats``: how often the frames are written, one time after the other.
     """
@@ -80,6 +81,7 @@ class Picture:
     loop: int = 0
     transparent: bool = False
     lossy: int = 0
+    text: str | None = None
     workers: int | None = None
     max_pixels: int = MAX_PIXELS
     canvas: tuple[int, int] | None = None

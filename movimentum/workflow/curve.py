@@ -23,8 +23,9 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
     """
     from movimentum.proving.balls import NoBall, as_float, over
-    from movimentum.proving.chain import chain_of, lowered
+    from movimentum.proving.chain import chain_of
     from movimentum.proving.curve import Late, curve_of
+    from movimentum.proving.film import lowered
     from movimentum.proving.rings import TooMuch
     from movimentum.proving.tower import NotAlgebraic
     from movimentum.scene.model import AnchorCoordinate
@@ -50,13 +51,14 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
             spots = lowered(segment, wanted)
             chain = chain_of(segment, spots, share * length, accelerated=None, given={})
             x, y = (chain.lowering.value(each) for each in spots)
-            chain.point.extend()
+            chain.point.settle()
             here = [as_float(over(chain.point.at(each.top), chain.point.at(each.bottom))) for each in (x, y)]
             return curve_of(chain, x, y, here, end)
         except NoBall:
             reason = "the film's poses are special ones: the mechanism is at a dead point, or two solutions meet"
-        except Late:
+        except Late as late:
             reason = f"it takes more than {seconds:g} s; `--seconds` gives more time"
+            reason += f" ({late})" if str(late) else ""
             break
         except (NotAlgebraic, TooMuch) as error:
             reason = str(error) or "it takes too much work"

@@ -24,7 +24,7 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.same_statements import Items, items_of, shifted
-from movimentum.workflow.stages import arranged, built, moved, parsed, rebuilding, visible
+from movimentum.workflow.stages import arranged, built, moved, off_canvas, parsed, rebuilding
 
 if TYPE_CHECKING:
     from movimentum.analysis.examine import Examination
@@ -115,7 +115,7 @@ class Engine:
         if last is not None and last[0].same_as(items):
             return shifted(last[1], last[0], items)
         with remembering(self.known.memory):
-            found = shifted(examine(motion, visible=visible), items, items)
+            found = shifted(examine(motion, drawn=off_canvas), items, items)
         self._examined = items, found
         return found
 
@@ -241,7 +241,7 @@ class Revision:
         try:
             motion = self.motion
             with remembering(known.memory):
-                found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL, visible=visible).diagnostics)
+                found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL, drawn=off_canvas).diagnostics)
         except MovimentumError as error:
             found = error.diagnostics
         took = time.thread_time() - begun

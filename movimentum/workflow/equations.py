@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from movimentum.errors import MovimentumError, script_error
-from movimentum.expressions import Expr, symbol
-from movimentum.records import dataclass, replace
+from movimentum.diagnostics import Diagnostic, Severity, real
+from movimentum.errors import MovimentumError, ScriptError, script_error
+from movimentum.expressions import Expr, named_origins, symbol, walk
+from movimentum.records import replace
 from movimentum.text import rational
-from movimentum.tolerances import APART_IN_NAME_ONLY
+from movimentum.tolerances import APART_IN_NAME_ONLY, ZERO_IN_NAME_ONLY
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, rebuilding, solved, understand
 
 if TYPE_CHECKING:
-    from movimentum.equations.program import MotionProgram
+    from movimentum.equations.program import MotionProgram, NoProgram, StageProgram
+    from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.source import SourceText
 
 NO_FORM = "equations/no-form"
-
-
-@dataclass(frozen=True, slots=True)
-class KeptConstant:
-    """The payload of a symbol for a constant that keeps its name."""
-
-    name: str
 
 
 def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> MotionProgram:
@@ -35,32 +30,51 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
     Raises `ScriptError` for an expression that makes no sense, and (``equations/no-form``) for a motion that has no
     program; `NoSolutionError` where there is none at some time.
     """
-    from movimentum.equations.program import MotionProgram, NoProgram, StageMaker, StageProgram, identifier
+    from movimentum.equations.program import KeptConstant, MotionProgram, NoProgram, identifier
 
-    constants, choices = _kept(source, choices)
-    motion = solved(arranged(understand(source, choices), choices), choices).motion.path
+    constants, kept = _kept(source, choices)
+    motion = _solved(source, kept)
+    bare = bare_numbers(_solved(source, choices)) if constants else frozenset[float]()
+    if not bare_numbers(motion) <= bare and constants:
+        constants, kept = _whole_names(source, choices, constants, bare)
+        motion = _solved(source, kept)
+    choices = kept
     outputs = _asked(source, choices, of) if of else _all(motion)
     payloads: dict[Hashable, str] = {KeptConstant(name): f"{identifier(name)}" for name in constants}
+    try:
+        stages = stages_of(motion, [each for _, each in outputs], payloads)
+    except NoProgram as error:
+        helps = "name something that has a formula: `--of Crank.B.x`", "`movimentum solve` gives poses"
+        raise no_form(error, motion.timeline.scene, *helps) from error
+    values = tuple((identifier(name), value) for name, value in constants.items())
+    return MotionProgram(values, tuple(name for name, _ in outputs), stages)
+
+
+def stages_of(
+    motion: PathMotion, outputs: Sequence[Expr], payloads: Mapping[Hashable, str], *, whole: bool = False
+) -> tuple[StageProgram, ...]:
+    """The steps of a motion, as programs; `NoProgram` where one has none. ``whole``: see `StageMaker`."""
+    from movimentum.equations.stage_maker import StageMaker
+
     stages: list[StageProgram] = []
     segments = motion.segments
-    try:
-        for k, segment in enumerate(segments):
-            end = segments[k + 1].segment.start if k + 1 < len(segments) else motion.timeline.end
-            if k and segment.segment.start == end and segment.segment.active == segments[k - 1].segment.active:
-                continue
-            stages.append(StageMaker(segment, float(end), [each for _, each in outputs], payloads).made())
-    except NoProgram as error:
-        raise script_error(
-            NO_FORM, str(error), "name something that has a formula: `--of Crank.B.x`", "`movimentum solve` gives poses"
-        ) from error
-    values = tuple((identifier(name), value) for name, value in constants.items())
-    return MotionProgram(values, tuple(name for name, _ in outputs), tuple(stages))
+    for k, segment in enumerate(segments):
+        end = segments[k + 1].segment.start if k + 1 < len(segments) else motion.timeline.end
+        if k and segment.segment.start == end and segment.segment.active == segments[k - 1].segment.active:
+            continue
+        stages.append(StageMaker(segment, float(end), outputs, payloads, whole).made())
+    return tuple(stages)
+
+
+def no_form(error: NoProgram, scene: Scene, *helps: str) -> ScriptError:
+    """What is said where a motion has no program: with the statement that is the reason."""
+    spans = [constraint.span for constraint in scene.constraints() if constraint.number in error.constraints]
+    found = Diagnostic(NO_FORM, Severity.ERROR, str(error), spans[0] if spans else None, helps=helps)
+    return ScriptError([real(found, scene.source)])
 
 
 def _kept(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choices]:
-    """The constants that are plain numbers, and choices under which each is told apart from all other numbers: its
-    value differs in the last digits.
-    """
+    """The constants that are plain numbers, and choices under which each keeps its name (see `kept_apart`)."""
     scene = understand(source, choices)
     set_already = {name for name, _ in choices.settings}
     found: dict[str, float] = {}
@@ -69,15 +83,56 @@ def _kept(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choic
         value = rational(text.strip())
         if not value or len(constant.value) != 1 or constant.name in set_already:
             continue
-        near = float(value) * (1.0 + APART_IN_NAME_ONLY * (1.0 + math.sqrt(2.0 + len(found)) % 1.0))
-        named = Expr("const", (), near, symbol(KeptConstant(constant.name)))
-        more = replace(choices, settings=(*choices.settings, (constant.name, named)))
+        more = kept_apart(choices, constant.name, float(value), len(found))
         try:
             arranged(understand(source, more), more)
         except MovimentumError:
             continue  # a number of copies, say
         found[constant.name], choices = float(value), more
     return found, choices
+
+
+def _solved(source: SourceText, choices: Choices) -> PathMotion:
+    return solved(arranged(understand(source, choices), choices), choices).motion.path
+
+
+def bare_numbers(motion: PathMotion) -> frozenset[float]:
+    """The constants of a motion's equations that were not computed from a named constant: where these are others than
+    those of the script itself, a name got lost on the way (in a cord's radius, say).
+    """
+    found: set[float] = set()
+    known: dict[int, tuple[Expr, frozenset[Hashable]]] = {}
+    for segment in motion.segments:
+        for equation in segment.plan.system.equations:
+            for node in walk(equation.residual):
+                if node.op == "const" and node.value is not None and not named_origins(node, known):
+                    found.add(node.value)
+    return frozenset(found)
+
+
+def _whole_names(
+    source: SourceText, choices: Choices, constants: Mapping[str, float], bare: frozenset[float]
+) -> tuple[dict[str, float], Choices]:
+    """Those of the constants whose names reach the equations, and choices under which only they keep them."""
+    found: dict[str, float] = {}
+    kept = choices
+    for number, (name, value) in enumerate(constants.items()):
+        if bare_numbers(_solved(source, kept_apart(choices, name, value, number))) <= bare:
+            kept = kept_apart(kept, name, value, number)
+            found[name] = value
+    return found, kept
+
+
+def kept_apart(choices: Choices, name: str, value: float, number: int) -> Choices:
+    """Choices under which a constant, ``number`` of several, is told apart from all other numbers: its value differs
+    in the last digits.
+    """
+    from movimentum.equations.program import KeptConstant
+
+    share = APART_IN_NAME_ONLY * (1.0 + math.sqrt(2.0 + number) % 1.0)
+    near = value * (1.0 + share) if value else ZERO_IN_NAME_ONLY * (number + 1)
+    named = Expr("const", (), near, symbol(KeptConstant(name)))
+    return replace(choices, settings=(*choices.settings, (name, named)))
 
 
 def _all(motion: PathMotion) -> list[tuple[str, Expr]]:

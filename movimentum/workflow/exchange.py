@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, script_error, usage_error
+from movimentum.output.files import refuse_overwriting
 from movimentum.output.text import write_text
 from movimentum.records import dataclass
 from movimentum.source import SourceText
-from movimentum.terminal import visible
+from movimentum.terminal import typed, visible
 from movimentum.workflow.choices import Choices, Outcome
 from movimentum.workflow.read import decoded, read_bytes, reads
 from movimentum.workflow.stages import Solution, arranged, judged, solved, understand
@@ -161,20 +162,39 @@ def _parts(scene: _Scene) -> Written:
     return bill_of_parts(scene.timeline.scene.things), ()
 
 
+def _profiles(scene: _Scene) -> Written:
+    from movimentum.interop.profiles import profiles_text
+
+    text = profiles_text(scene.timeline.scene.things)
+    if not text:
+        message = "there is no profile: the script has no `.cut` and no `.curve`"
+        raise ScriptError([Diagnostic("export/empty", Severity.ERROR, message)])
+    return text, ()
+
+
 FORMS: dict[str, Callable[[_Scene], Written]] = {
-    "linkages": _linkage, "pyslvs": _formulas, "dxf": _dxf, "stl": _stl, "parts": _parts,
+    "linkages": _linkage, "pyslvs": _formulas, "dxf": _dxf, "stl": _stl, "parts": _parts, "profiles": _profiles,
 }  # fmt: skip
 """What writes each form of export."""
-BY_SUFFIX = {".dxf": "dxf", ".stl": "stl", ".csv": "parts", ".pyslvs": "pyslvs"}
-"""The forms that a file's suffix names; any other file is a linkage."""
+BY_SUFFIX = {
+    ".txt": "linkages", ".linkages": "linkages", ".pyslvs": "pyslvs", ".dxf": "dxf", ".stl": "stl", ".csv": "parts",
+    "": "linkages",
+}  # fmt: skip
+"""The forms that a file's suffix names; without one, and on standard output, a linkage."""
 
 
 def exported(source: SourceText, target: Path | None, how: Export, choices: Choices) -> Outcome:
     """Write a script's scene in another program's format to ``target`` (None: stdout); with ``%s`` in the name of an
     STL, each part to a file of its own, called after it.
     """
-    form = how.form or BY_SUFFIX.get("" if target is None else target.suffix.lower(), "linkages")
-    if how.at is not None and form in ("pyslvs", "parts"):
+    form = how.form or BY_SUFFIX.get("" if target is None else target.suffix.lower(), "")
+    if not form and target is not None:
+        refuse_overwriting(target, reads(source, understand(source, choices)))
+        known = ", ".join(filter(None, BY_SUFFIX))
+        message = f"cannot tell a format from `{target.name}`: known are {known}"
+        helps = (f"-o {typed(target.with_suffix('.dxf'))}", "--format linkages")
+        raise usage_error("output/format", message, *helps)
+    if how.at is not None and form in ("pyslvs", "parts", "profiles"):
         raise usage_error("usage/at", f"--at is for what has one pose, and {form} has none", "leave out --at")
     if (how.thickness is None) == (form == "stl"):
         message = "an STL needs a thickness" if form == "stl" else "--thickness is for an STL"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -201,6 +202,26 @@ class Inspector:
         tau = float(self.time - self.segment_motion.segment.start)
         found = partial(short_formula, self.segment_motion, tau)
         return [(name, found(each, patience)) for name, each in zip(names, expressions, strict=True)]
+
+    def named_steps(self, text: str, seconds: float) -> list[tuple[str, Any]]:
+        """An expression in short named steps, the last of them its components: of what has a formula that is too long
+        to read. None where it has no formula, or there is no time to find it.
+        """
+        from movimentum.analysis.interactive.deadline import within
+        from movimentum.equations.program import NoProgram
+        from movimentum.equations.steps import named_steps
+
+        expressions = self.expressions(text)
+        names = (text,) if len(expressions) == 1 else (f"{text}.x", f"{text}.y")
+        tau = float(self.time - self.segment_motion.segment.start)
+        found: list[tuple[str, Any]] = []
+
+        def work() -> None:
+            found.extend(named_steps(self.segment_motion, tau, list(zip(names, expressions, strict=True))))
+
+        with suppress(NoProgram):
+            within(seconds, work)
+        return found
 
     def freedom(self) -> list[tuple[FreeMotion, str | None]]:
         """The free motions, each with a statement that would stop it, if one was found."""

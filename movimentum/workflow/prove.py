@@ -12,18 +12,23 @@ from movimentum.diagnostics import Severity
 from movimentum.errors import MovimentumError, NoSolutionError, ScriptError
 from movimentum.expressions import Expr, symbol
 from movimentum.records import dataclass, replace
+from movimentum.scene.model import Claim
 from movimentum.settings import Advice
 from movimentum.text import rational
 from movimentum.tolerances import BESIDE_CONSTANT, CLAIM_MET
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, examined, moved, understand
+from movimentum.workflow.stages import arranged, examined, moved, rebuilding, understand
 
 if TYPE_CHECKING:
-    from movimentum.proving.prove import Judgement
+    from movimentum.proving.verdicts import Judgement
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.source import SourceText
+    from movimentum.timeline.model import HeldClaim
+    from movimentum.workflow.inspector import Inspector
 
+LITTLE = 300_000
+"""Products of terms that a proof may take in the background."""
 LEAST_S = 0.05
 """The least time that a claim gets."""
 
@@ -68,22 +73,58 @@ def _motion(scene: Scene, choices: Choices) -> PathMotion:
     return solution.motion.path
 
 
-def _judgements(
-    motion: PathMotion, given: dict[Hashable, Fraction], end: float, accelerated: bool | None
-) -> Iterator[Judgement]:
-    from movimentum.analysis.diagnose.claims import broken_claims
-    from movimentum.analysis.interactive.deadline import within
+def proof(asked: Inspector, text: str, seconds: float) -> Judgement | None:
+    """The verdict on a claim ``e = f`` that somebody types, from the step of the instant on; None where ``text`` is no
+    single equation or inequality. Raises `ScriptError` for what makes no sense.
+    """
+    from movimentum.query import parsed_statement
+    from movimentum.syntax.expression_tree import Comparison
+    from movimentum.syntax.tree import ClaimStatement
+
+    statement = parsed_statement(f"{text.strip().removesuffix(';')};", text)
+    if statement is None or statement.comparison is Comparison.WISH:
+        return None
+    stated = ClaimStatement(statement.left, statement.comparison, statement.right, span=statement.span)
+    timeline = rebuilding(asked.work.source, asked.work.engine.choices)((asked.step, stated))
+    claims = [item for item in timeline.scene.steps[asked.step].claims if isinstance(item, Claim)]
+    held = [item for item in timeline.claims if claims and item.claim.number == claims[-1].number]
+    end = time.monotonic() + seconds
+    return next(_judgements(asked.work.motion, {}, end, None, held), None)
+
+
+def verdicts(motion: PathMotion) -> dict[int, Judgement]:
+    """The verdicts on the claims of a motion, by number, as far as little work tells (see `cancellation`)."""
     from movimentum.proving.prove import Prover
 
+    broken = _broken(motion, None)
+    prover = Prover(motion, most=LITTLE)
+    return {one.held.claim.number: one for one in prover.judgements(broken, lambda work: work())}
+
+
+def _broken(motion: PathMotion, claims: Sequence[HeldClaim] | None) -> dict[int, tuple[float, float]]:
+    from movimentum.analysis.diagnose.claims import broken_claims
+
     broken: dict[int, tuple[float, float]] = {}
-    for found in broken_claims(motion):
+    for found in broken_claims(motion, claims):
         if found.worst > CLAIM_MET * max(map(abs, (*found.left, *found.right))):  # more than rounding of large numbers
             broken[found.claim.number] = found.worst_time, found.worst
+    return broken
+
+
+def _judgements(
+    motion: PathMotion,
+    given: dict[Hashable, Fraction],
+    end: float,
+    accelerated: bool | None,
+    claims: Sequence[HeldClaim] | None = None,
+) -> Iterator[Judgement]:
+    from movimentum.analysis.interactive.deadline import within
+    from movimentum.proving.prove import Prover
 
     def in_time(work: Callable[[], Judgement]) -> Judgement | None:
         return within(max(end - time.monotonic(), LEAST_S), work)
 
-    yield from Prover(motion, accelerated, given).judgements(broken, in_time)
+    yield from Prover(motion, accelerated, given).judgements(_broken(motion, claims), in_time, claims)
 
 
 def _open(scene: Scene, source: SourceText, choices: Choices) -> list[tuple[str, Expr]]:

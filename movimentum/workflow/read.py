@@ -148,6 +148,8 @@ def reads(source: SourceText, scene: Scene | None) -> tuple[str, ...]:
         return (source.path, *map(str, mentioned_files(source)))
     files = scene.source.files if isinstance(scene.source, UnfoldedText) else ()
     included = [*(file.path for file in files), *(each.path for each in scene.tables)]
+    if (theme := scene.config.theme) is not None and theme.endswith(".theme"):
+        included.append(theme)
     return (
         source.path,
         *dict.fromkeys(included + [drawing_file(own.image) for each in scene.things if (own := each.picture)]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -10,12 +10,14 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
+from movimentum.text import PLAIN
 from movimentum.workflow.choices import MAX_PIXELS, Choices
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.query import Rebuild
-    from movimentum.scene.model import Scene, Thing
+    from movimentum.scene.cutting import CutJob, CutProfile
+    from movimentum.scene.model import Scene
     from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.solver.reuse import Known
     from movimentum.source import SourceText
@@ -75,7 +77,15 @@ def built(
         settings=dict(choices.settings),
         added=added,
         read_table=files.table,
+        carve=_carved,
     )
+
+
+def _carved(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> Sequence[CutProfile]:
+    """See `solver.carving`, which few scripts need."""
+    from movimentum.solver.carving import carve
+
+    return carve(scene, jobs)
 
 
 def rebuilding(source: SourceText, choices: Choices, files: ScriptFiles | None = None) -> Rebuild:
@@ -153,7 +163,7 @@ def examined(
         motion = drafted(path)
         if isinstance(motion, DraftMotion):  # it reports its own error
             examined_path, every_frame = motion.interpolated, False
-    examination = examine(examined_path, every_frame=every_frame, advice=advice, visible=visible)
+    examination = examine(examined_path, every_frame=every_frame, advice=advice, drawn=off_canvas)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
@@ -165,16 +175,17 @@ def examined(
     return Solution(motion, found, examination.steps, fault)
 
 
-def visible(thing: Thing) -> list[tuple[float, float]] | None:
-    """See `rendering.visible`, which is needed only where something may leave the canvas."""
-    from movimentum.rendering.visible import visible_corners
+def off_canvas(motion: PathMotion) -> Iterator[Diagnostic]:
+    """See `rendering.off_canvas`, which is needed only where the script gives the canvas a size."""
+    if motion.timeline.scene.config.size is not None:
+        from movimentum.rendering.off_canvas import leaving
 
-    return visible_corners(thing)
+        yield from leaving(motion)
 
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
     """The diagnostics of labels with more than plain letters (others need no import)."""
-    labels = [thing for thing in scene.things if thing.text is not None and not thing.text.isascii()]
+    labels = [thing for thing in scene.things if thing.text is not None and not PLAIN.fullmatch(thing.text)]
     if not labels:
         return ()
     from movimentum.rendering.text import lettering

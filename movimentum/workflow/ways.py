@@ -60,11 +60,12 @@ def _pixels(scene: Scene, source: PoseSource, options: PictureOptions, elsewhere
 
 def _vectors(scene: Scene, source: PoseSource, options: PictureOptions) -> Way:
     from movimentum.rendering.prepare import prepare_drawing
-    from movimentum.vector.write import write_film
+    from movimentum.vector.write import TextForm, write_film
 
     prepared = prepare_drawing(scene, source, options)
 
     def write(poses: PoseSource, path: Path, fps: Fraction, picture: Picture, progress: Progress) -> WriteReport:
-        return write_film(scene, prepared, poses, path, fps=fps, loop=picture.loop, progress=progress)
+        text = None if picture.text is None else TextForm(picture.text)
+        return write_film(scene, prepared, poses, path, fps=fps, loop=picture.loop, progress=progress, text=text)
 
     return write

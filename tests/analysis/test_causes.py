@@ -12,6 +12,7 @@ from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.fixes import fixed
 from movimentum.workflow.inspector import Inspector
+from tests.broad import broad
 
 SLIDER = """.config(20, 400, 300);
 Crank : .bar C=[100,100] P=C+[40,0];
@@ -127,7 +128,7 @@ BROKEN = [
 ]
 
 
-@pytest.mark.parametrize(("text", "expected"), BROKEN)
+@broad(("text", "expected"), BROKEN, first=3)
 def test_the_smallest_change_mends_the_film(text, expected):
     inspector = asked(text)
     found = bisect(inspector, 60.0)

@@ -10,6 +10,7 @@ from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.over_time import extremes, when
+from tests.broad import broad
 
 CRANK = """.config({fps}, 400, 300);
 Crank : .bar C=[100,100] P=C+[{r},0];
@@ -38,7 +39,7 @@ def compare(found, expected):
 
 
 @pytest.mark.parametrize(("fps", "w", "end"), [(20, 90, 8), (1, 360, 3), (0.5, -1234.5, 4), (7, 31, 40)])
-@pytest.mark.parametrize("level", [0.0, 13.7, -39.9])
+@broad("level", [0.0, 13.7, -39.9], every=2)
 def test_a_crank_pin_passes_a_height_at_the_times_of_the_sine(fps, w, end, level):
     inspector = asked(CRANK.format(fps=Fraction(fps), r=40, l=120, w=w, end=end))
     expected = []

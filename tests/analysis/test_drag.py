@@ -54,14 +54,15 @@ def worst(scene: Scene, placed: np.ndarray, joints: list[tuple[int, int, int, in
 JOINTS = [(0, 1, 2, 0), (1, 1, 3, 0), (2, 1, 3, 1), (0, 1, 4, 0), (1, 1, 5, 0), (4, 1, 5, 1), (0, 0, 1, 0)]
 
 
-def test_a_thousand_moves_keep_what_is_joined_joined() -> None:
+@pytest.mark.parametrize("moves", [150, pytest.param(1000, marks=pytest.mark.slow)])
+def test_many_moves_keep_what_is_joined_joined(moves: int) -> None:
     motion = motion_of(CELL)
     scene = motion.timeline.scene
     grip = grip_of(motion, "E", 1)
     chance = random.Random(3)
     before = structures_compiled()
     still = grip.placements()[6].copy()
-    for k in range(1000):
+    for k in range(moves):
         grip.move((170 + 25 * math.sin(k / 30) + chance.random(), 40 * math.sin(k / 17)))
         placed = grip.placements()
         assert worst(scene, placed, JOINTS) < 1e-9 * 200
@@ -101,7 +102,7 @@ def test_what_is_determined_is_fixed() -> None:
     )
 
 
-@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("order", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_rods_of_a_tiling_keep_their_joints(order: int) -> None:
     motion = motion_of(linkage_script(transformable(order), "tiling"))
     scene = motion.timeline.scene

@@ -6,6 +6,7 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.fixes import diagnosed, fixed
+from tests.broad import broad
 
 CHAIN = """.config(20, 500, 300);
 {definition}
@@ -36,7 +37,7 @@ def offers(text):
         (".part L(a = 3) {{ Bar : .bar P=[0,0] Q=P+[a,0]; }}\nLink[i = {first}..{last}] : L(40) .at([3*i,0]);", ".Bar"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize(("first", "last"), [(1, 4), (0, 2)])
+@broad(("first", "last"), [(1, 4), (0, 2)], first=1)
 def test_one_copy_is_made_longer_and_no_loop_is_emptied(definition, bar, first, last):
     count = last - first + 1
     values = {"first": first, "last": last}

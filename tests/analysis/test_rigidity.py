@@ -14,6 +14,7 @@ import pytest
 
 from movimentum.analysis.report import StepReport
 from tests.analysis.rods import Points, Rods, examined_script, rigidity_freedom, rod_script, step_of
+from tests.broad import broad
 from tests.command import environment, movimentum
 
 FOUR_BAR: Points = [(0, 0), (30, 80), (150, 110), (130, 0)]
@@ -133,7 +134,7 @@ def generic(seed: int) -> tuple[Points, Rods, list[int]]:
     return points, rods, choose.sample(range(count), choose.randint(0, 2))
 
 
-@pytest.mark.parametrize("seed", [0, 2, 3, 6, 8, 9, 11, 13, 17, 24])
+@broad("seed", [0, 2, 3, 6, 8, 9, 11, 13, 17, 24], every=3)
 def test_frameworks_in_general_position(seed: int) -> None:
     points, rods, fixed = generic(seed)
     step = step_of(rod_script(points, rods, fixed))

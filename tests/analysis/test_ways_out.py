@@ -27,6 +27,20 @@ def test_no_earlier_step_is_named_where_there_is_none():
     assert not any("step" in help_ for help_ in error.helps)
 
 
+@pytest.mark.parametrize(("bound", "missed"), [("> 400", {235.0, 355.0}), ("< 20", {145.0, 25.0})])
+def test_where_a_search_cannot_show_all_solutions_the_inequality_that_rejects_those_found_is_named(bound, missed):
+    """The roller can be at x = 165 or x = 45: the cam's radius is 45 to the right, 35 to the left."""
+    text = "Cam : .curve O=[100,100] .polar(th, 40 + 5*.cos(3*th)); Roller : .disc(20) C=[200,100]; "
+    text += f"@0 Cam.O=[100,100]; Cam.angle=90*.t; Roller.C.y=100; Roller.C.x {bound}; .gap(Cam, Roller)=0; @1"
+    (error,) = [item for item in mv.loads(text).diagnostics if item.severity is mv.Severity.ERROR]
+    assert error.code == "solve/not-converged"
+    assert error.message == "no solution that was found satisfies this inequality at t = 0"
+    *found, doubt = error.notes
+    assert {float(note.split()[-1]) for note in found} == missed
+    assert doubt.startswith("nothing proves")
+    assert any("selects the other side" in str(item) for item in error.helps)
+
+
 @pytest.mark.parametrize(
     ("statement", "kind"),
     [

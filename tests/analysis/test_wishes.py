@@ -19,6 +19,7 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
 from tests.analysis.rods import examined_script, rod_script
+from tests.broad import broad
 from tests.command import movimentum
 
 ARM = ".config(20, 400, 400);\nR : .bar A = [0,0] B = [100,0];\n"
@@ -285,7 +286,7 @@ def test_a_wish_draws_what_its_left_side_is_about_and_its_target_stays(pair: str
     assert wish_of(examination.diagnostics).code == "wish/reached"
 
 
-@pytest.mark.parametrize("pair", [PAIR, RIAP])
+@broad("pair", [PAIR, RIAP], first=1)
 def test_a_target_that_is_drawn_itself_is_followed(pair: str) -> None:
     """E goes to 250, its lag e^-8t; D follows it with the lag of a lag."""
     motion, _ = examined_script(pair + "@1 D.c.x ~ E.c.x; E.c.x ~ 250;\n@3\n")
@@ -358,7 +359,7 @@ E : .bar P=[399,190.77] Q=[433.1,20.2];
         assert len({tuple(place) for place in path(motion, name)[1]}) == 1, name
 
 
-@pytest.mark.parametrize(
+@broad(
     ("wish", "angle", "left"),
     [
         ("R.B.x ~ 300;", 0.0, 200.0),
@@ -366,6 +367,7 @@ E : .bar P=[399,190.77] Q=[433.1,20.2];
         ("h = R.B.x + R.B.y; h ~ 400;", 45.0, 400 - 100 * math.sqrt(2)),
         ("R.B.y ~ -2000;", -90.0, 1900.0),
     ],
+    every=2,
 )
 def test_a_number_out_of_reach_is_approached_and_its_gradient_lost_calmly(wish: str, angle: float, left: float) -> None:
     """Where it is nearest, it changes no more with the arm's turn: to follow it on, the arm would have to be fast."""

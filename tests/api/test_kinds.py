@@ -24,6 +24,7 @@ from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
 from movimentum.drawing.options import Quality, Show
 from movimentum.settings import AccuracyWord, FailureWord
+from tests.broad import broad
 
 SCRIPT = """.let R = 30 .range(10, 80);
 .config(10, 60, 60);
@@ -85,6 +86,7 @@ def calls(called: str, function: Callable[..., Any], folder: Path) -> Iterator[t
                 given["R"] = given.pop(name)
             given.pop("intervals", None)
             ahead = [given.pop(p.name) for p in parameters.values() if p.kind is p.POSITIONAL_ONLY and p.name in given]
+            ahead += [given.pop(p.name) for p in parameters.values() if p.kind is p.VAR_POSITIONAL and p.name in given]
             yield name, value, partial(function, *ahead, **given)
 
 
@@ -93,7 +95,7 @@ def found(*_: object, **__: object) -> None:
     raise mv.UsageError([])
 
 
-@pytest.mark.parametrize("place", range(7))
+@broad("place", range(7), every=3)
 def test_an_argument_of_any_kind_is_understood_or_refused(place: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("click.launch", lambda *_: None)

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from tests.broad import broad
 from tests.command import BINDS, CRANK, ROOT, environment
 
 FREE = "Arm : .bar O=[0,0] P=[9,0]; @0 Arm.O=[0,0]; Arm.P ~ [0,9] .speed(3); s = .i(Arm.P.y); @1"
@@ -88,7 +89,7 @@ def used(made: object) -> object:
     return made
 
 
-@pytest.mark.parametrize("name", MADE)
+@broad("name", MADE, every=3)
 def test_a_pickle_is_the_same(name: str) -> None:
     made = used(MADE[name]())
     for protocol in (2, pickle.HIGHEST_PROTOCOL):
@@ -103,8 +104,9 @@ with open("made", "rb") as made, open("told", "wb") as told:
 """
 
 
-def test_pickles_are_the_same_in_another_process(tmp_path: Path) -> None:
-    made = {name: used(MADE[name]()) for name in ("script", "standard", "exact", "free", "moment", "fit")}
+@broad("names", [["script", "standard", "moment"], ["exact", "free", "fit"]], first=1)
+def test_pickles_are_the_same_in_another_process(tmp_path: Path, names: list[str]) -> None:
+    made = {name: used(MADE[name]()) for name in names}
     (tmp_path / "made").write_bytes(pickle.dumps(made))
     subprocess.run([sys.executable, "-c", CODE], cwd=tmp_path, env=environment(), check=True)
     told = pickle.loads((tmp_path / "told").read_bytes())

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.broad import broad
 from tests.command import CRANK, LONG, command, environment, movimentum
 
 FULL = Path("/dev/full")
@@ -109,7 +110,7 @@ main()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of this kind")
-@pytest.mark.parametrize("name", ["out.gif", "out%d.png", "out.apng", "out.webp", "out.csv", "out.json", "out.npz"])
+@broad("name", ["out.gif", "out%d.png", "out.apng", "out.webp", "out.csv", "out.json", "out.npz"], every=3)
 def test_a_disk_that_fills_up_leaves_no_half_file(script: Path, name: str) -> None:
     verb = "run" if name.rpartition(".")[2] in ("gif", "png", "apng", "webp") else "solve"
     options = ["--scale", "4"] if verb == "run" else ["--fps", "200"]
@@ -166,7 +167,7 @@ def test_a_reader_that_has_enough_is_no_error(script: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell of this kind")
-@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&-"])
+@broad("closed", [">&-", "2>&-", ">&- 2>&-", "<&-"], every=2)
 def test_closed_streams(script: Path, closed: str) -> None:
     line = " ".join(f"'{part}'" for part in command("run", script))
     done = subprocess.run(
@@ -185,7 +186,7 @@ def test_closed_streams(script: Path, closed: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of another kind")
-@pytest.mark.parametrize(
+@broad(
     ("name", "number", "workers"),
     [
         ("out.gif", signal.SIGINT, "2"),
@@ -197,6 +198,7 @@ def test_closed_streams(script: Path, closed: str) -> None:
         pytest.param("out%d.png", signal.SIGINT, "2", marks=pytest.mark.slow),
         pytest.param("out%d.png", signal.SIGTERM, "1", marks=pytest.mark.slow),
     ],
+    every=2,
 )
 def test_an_interrupt_leaves_nothing_behind(tmp_path: Path, name: str, number: signal.Signals, workers: str) -> None:
     script = tmp_path / "long.mov"

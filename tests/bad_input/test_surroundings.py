@@ -20,6 +20,7 @@ from movimentum.console import guarded
 from movimentum.output.files import whole_file
 from movimentum.output.parts import has_parts
 from movimentum.signals import Terminated
+from tests.broad import broad
 from tests.command import CRANK, LONG, command, environment, movimentum
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of another kind")
@@ -81,7 +82,7 @@ def _assert_ends_cleanly(folder: Path, number: signal.Signals, delays: Sequence[
         assert os.listdir(folder) == ["long.mov"], delay
 
 
-@pytest.mark.parametrize("number", ENDINGS)
+@broad("number", ENDINGS, first=1)
 def test_a_signal_ends_it_without_a_trace(tmp_path: Path, number: signal.Signals) -> None:
     _assert_ends_cleanly(tmp_path, number, [None])
 
@@ -129,6 +130,7 @@ def test_a_dropped_signal_is_raised_again(number: signal.Signals, capsys: pytest
             time.sleep(0.05)  # the handler's exception is raised in here, where Python drops it
 
     console = Console()
+    console.megabytes = 1_000_000  # the process that runs all tests may hold more than a command may
 
     def interrupted() -> int:
         with budget.watched(console):
@@ -160,7 +162,7 @@ def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="locks of files work otherwise")
-@pytest.mark.parametrize("name", ["out.gif", "out-%d.png"])
+@broad("name", ["out.gif", "out-%d.png"], first=1)
 def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path, name: str) -> None:
     (tmp_path / "long.mov").write_text(LONG)
     (tmp_path / "crank.mov").write_text(CRANK)
@@ -253,7 +255,7 @@ def test_too_few_files_are_told(tmp_path: Path) -> None:
     assert codes <= {0, 1, 2}
 
 
-@pytest.mark.parametrize("streams", [">&-", "<&-", ">&- 2>&-", ">&- <&-", "< .", "< bytes"])
+@broad("streams", [">&-", "<&-", ">&- 2>&-", ">&- <&-", "< .", "< bytes"], every=2)
 @pytest.mark.parametrize("arguments", ["", "-c 'show; plot Rod.B.x; nonsense'"])
 def test_the_debugger_without_its_streams(tmp_path: Path, script: Path, streams: str, arguments: str) -> None:
     (tmp_path / "bytes").write_bytes(b"show \xff\n\xff\xfe\0\n")
@@ -273,7 +275,9 @@ def test_the_debugger_without_its_streams(tmp_path: Path, script: Path, streams:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
-@pytest.mark.parametrize(("kind", "amount"), [("RLIMIT_NOFILE", 10), ("RLIMIT_NOFILE", 12)])
+@pytest.mark.parametrize(
+    ("kind", "amount"), [("RLIMIT_NOFILE", 10), pytest.param("RLIMIT_NOFILE", 12, marks=pytest.mark.slow)]
+)
 def test_where_workers_are_refused_one_process_draws(tmp_path: Path, kind: str, amount: int) -> None:
     (tmp_path / "a.mov").write_text(LITTLE)
     made: list[bytes] = []
@@ -366,7 +370,7 @@ def test_recording_and_checking_at_once(script: Path) -> None:
 ODD_PLACES = ["no/such/folder", "file", "file/under", "x" * 300, "a\nb", "\udcff"]
 
 
-@pytest.mark.parametrize("place", ODD_PLACES, ids=ascii)
+@broad("place", ODD_PLACES, every=2, ids=ascii)
 def test_odd_places_are_no_bug(script: Path, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(script.parent)
     (script.parent / "file").write_text("")

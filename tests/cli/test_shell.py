@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.cli.app import commands
+from tests.broad import broad
 from tests.command import BINDS, CRANK, LONG, STILL, command, environment, movimentum
 
 FIT = STILL.replace("Rod :", ".let R = 30 .range(1, 50); Rod :").replace("[30,0]", "[R,0]") + ".goal Rod.B.x = 20;"
@@ -38,7 +39,7 @@ def room(tmp_path: Path) -> Path:
 # --- closed pipes
 
 
-@pytest.mark.parametrize(
+@broad(
     ("words", "code"),
     [
         (("check", "bad.mov"), 1), (("check", "bad.mov", "--format", "json"), 1),
@@ -46,7 +47,7 @@ def room(tmp_path: Path) -> Path:
         (("check", "binds.mov"), 3), (("check", "binds.mov", "--format", "json"), 3), (("check", "crank.mov"), 0),
         (("fit", "fit.mov", "--format", "json"), 0), (("solve", "crank.mov", "-o", "-"), 0),
         (SWEEP, 0), (("--help",), 0), (("--version",), 0), (("run", "--help"), 0),
-    ],
+    ], every=2,
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )  # fmt: skip
 def test_the_verdict_stays_when_nobody_reads(words: tuple[str, ...], code: int, room: Path) -> None:
@@ -85,9 +86,9 @@ def test_a_write_protected_file_is_not_replaced(words: tuple[str, ...], room: Pa
 # --- full disks
 
 
-@pytest.mark.parametrize(
+@broad(
     "words", [*WRITES, ("golden", "record", "crank.mov"), ("golden", "record", "crank.mov", "--to", "new/deep")],
-    ids=" ".join,
+    every=3, ids=" ".join,
 )  # fmt: skip
 def test_a_full_disk_is_told_with_the_file_and_leaves_nothing(words: tuple[str, ...], room: Path) -> None:
     before = sorted(path.name for path in room.iterdir())

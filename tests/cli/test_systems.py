@@ -11,6 +11,7 @@ from PIL import Image
 
 from movimentum.cli.app import MODULES, run_command_line
 from movimentum.output import files
+from tests.broad import broad
 from tests.command import BINDS, CRANK, command, environment
 
 WINDOWS = """
@@ -57,14 +58,14 @@ def there(room: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(
+@broad(
     ("words", "code"),
     [
         (("--version", "-v"), 0), (("new", "gears"), 0), (("check", "crank.mov", "--strict"), 0),
         (("run", "crank.mov"), 0), (("run", "crank.mov", "-o", "crank.html"), 0), (("check", "binds.mov"), 3),
         (("solve", "crank.mov", "-o", "poses.csv"), 0), (("golden", "record", "crank.mov"), 0),
         (("repl", "crank.mov", "-c", "free"), 0), (("run", "none.mov"), 2),
-    ],
+    ], every=2,
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )  # fmt: skip
 def test_without_what_windows_lacks(words: tuple[str, ...], code: int, room: Path) -> None:
@@ -84,7 +85,7 @@ def test_workers_are_spawned_where_there_is_no_fork(room: Path) -> None:
     assert (room / "two.gif").read_bytes() == (room / "one.gif").read_bytes()
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii", "cp437"])
+@broad("encoding", ["cp1252", "ascii", "cp437"], first=1)
 def test_terminals_that_know_few_characters(encoding: str, room: Path) -> None:
     """Help, messages and tables are written, with escapes for what the terminal does not have."""
     (room / "label.mov").write_text(CRANK + "Θ : .label('θ = {Crank.angle:.0f}°') at = [5,5];", encoding="utf-8")

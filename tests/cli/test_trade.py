@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from tests.broad import broad
 from tests.command import BINDS, CRANK, environment, movimentum
 
 
@@ -187,8 +188,10 @@ def test_what_cannot_be_solved_cannot_be_traded(tmp_path: Path) -> None:
     assert movimentum("trade", path).returncode == 1
 
 
-@pytest.mark.parametrize(
-    ("tier", "expected"), [("draft", False), ("standard", False), ("high", False), ("exact", True)]
+@broad(
+    ("tier", "expected"),
+    [("draft", False), ("standard", False), ("high", False), ("exact", True)],
+    fast=("high", "exact"),
 )
 def test_only_exact_pays_for_mpmath(script: Path, tier: str, expected: bool) -> None:
     probe = "import sys; from movimentum.cli.app import run_command_line as run; code = run(sys.argv[1:]);"

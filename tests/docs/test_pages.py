@@ -65,7 +65,9 @@ def test_every_script_is_understood(path: Path) -> None:
         assert scene.diagnostics == (), f"line {block.line}: {scene.diagnostics}"
 
 
-@pytest.mark.parametrize("path", [p for p in WITH_SCRIPTS if name_of(p).startswith(("start", "how-to"))], ids=name_of)
+@pytest.mark.parametrize(
+    "path", [p for p in WITH_SCRIPTS if name_of(p).startswith(("start", "how-to", "cams", "brown"))], ids=name_of
+)
 def test_every_script_runs_without_a_warning(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The pages that people copy from."""
     monkeypatch.chdir(tmp_path)

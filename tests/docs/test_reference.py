@@ -11,6 +11,7 @@ from types import ModuleType
 
 import pytest
 
+from tests.broad import broad
 from tests.command import ROOT, environment
 
 DOCS = ROOT / "docs"
@@ -31,11 +32,19 @@ def module_of(name: str) -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("page", ["commands", "python", "messages"])
+@broad("page", ["commands", "python", "messages"], fast=("commands", "python"))
 def test_the_page_is_what_the_package_says(page: str, maker: ModuleType) -> None:
     made = getattr(maker, page)()
     shown = (DOCS / "reference" / f"{page}.md").read_text(encoding="utf-8")
     assert shown == made, "python docs/make_reference.py"
+
+
+def test_a_few_messages_are_what_the_package_says(maker: ModuleType) -> None:
+    """One of fifteen; the page of all of them is a slow test."""
+    entries, shown = maker.catalogue(), maker.cases()
+    page = (DOCS / "reference" / "messages.md").read_text(encoding="utf-8")
+    for code in list(entries)[::15]:
+        assert "\n".join(maker.example(code, entries[code], shown)) in page, "python docs/make_reference.py"
 
 
 def test_the_manual_pages_are_what_the_commands_say() -> None:

@@ -11,7 +11,7 @@ from PIL import Image, ImageChops
 
 import movimentum as mv
 from tests.command import ROOT
-from tests.drawing.films import everything, figures, shot_of_page, shot_of_svg
+from tests.drawing.films import changing, everything, figures, shot_of_page, shot_of_svg
 from tests.drawing.likeness import ALIKE, LETTERED, LETTERS, SMALL, Tolerance, unlike
 
 GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
@@ -55,12 +55,17 @@ def test_the_gallery_looks_the_same_in_a_browser(script: Path, page: Any, tmp_pa
 def test_all_kinds_of_things_look_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
     motion = mv.load(everything(tmp_path)).solve()
     options = {"trace": ["Wheel.P", "Late.B"], "show": ["names", "anchors", "free"]}
-    same(page, motion, tmp_path, SMALL, [0, 9, 10, 17], **options)
+    same(page, motion, tmp_path, SMALL, [0, 10], **options)
 
 
 def test_figures_look_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
     motion = mv.load(figures(tmp_path)).solve()
-    same(page, motion, tmp_path, SMALL, [0, 9, 17])
+    same(page, motion, tmp_path, SMALL, [9])
+
+
+def test_what_changes_in_time_looks_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
+    motion = mv.load(changing(tmp_path)).solve()
+    same(page, motion, tmp_path, SMALL, [7, 18])
 
 
 @pytest.mark.slow

@@ -7,12 +7,24 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.compose import compose
-from movimentum.drawing.model import DiscMark, ImageMark, LinkMark, NoteMark, Paint, PolylineMark, TextMark
+from movimentum.drawing.model import (
+    DiscMark,
+    FigureMark,
+    ImageMark,
+    LinkMark,
+    NoteMark,
+    Paint,
+    PolylineMark,
+    SymbolMark,
+    TextMark,
+)
 from movimentum.drawing.motion import paint_at, paint_over
 from movimentum.drawing.options import FreeMark, PictureOptions, Show
+from movimentum.drawing.parts import PartForm
 from movimentum.scene.model import AnchorRef
 from tests.command import ROOT
 from tests.rendering.scenes import poses
@@ -42,6 +54,31 @@ def test_every_thing_is_a_mark_from_back_to_front() -> None:
     assert cord.through == ((1, (30, 40)), (4, (5, 6)))
     assert isinstance(name, TextMark)
     assert (name.text, name.start) == ("a & b", (7, 8))
+
+
+@pytest.mark.parametrize("kind", [".plate", ".polygon", ".gear(20, 4)", ".bar"])
+@pytest.mark.parametrize("way", ["theme", "supports", "ground"])
+def test_supports_are_over_what_would_hide_them_and_pins_over_these(kind: str, way: str) -> None:
+    shape = f"W : {kind} A = [0,0] B = A + [60,0] C = A + [60,60] .pins"
+    text = {
+        "theme": f".config(10) .theme('textbook'); {shape};",
+        "supports": f"{shape} .supports;",
+        "ground": f"{shape}; G : .ground W.A;",
+    }[way]
+    motion = "@0 W.A = [99,99]; W.angle = 9*.t; @1"
+    marks = compose(scene_of(f"{text} {motion}"), PictureOptions()).things
+    names = ["support" if isinstance(mark, SymbolMark) else "body" for mark in marks]
+    if kind == ".bar":
+        assert names[0] == "support"
+    else:
+        assert names == ["body", "support", "body"]
+        assert isinstance(marks[2], FigureMark)
+        assert all(part.form in (PartForm.DOT, PartForm.RING) for part in marks[2].parts)
+        assert isinstance(marks[0], FigureMark)
+        assert all(part.form not in (PartForm.DOT, PartForm.RING) for part in marks[0].parts)
+    if way != "ground":
+        without = compose(scene_of(f"{text} G : .ground W.A .hidden; {motion}"), PictureOptions()).things
+        assert not any(isinstance(mark, SymbolMark) for mark in without)
 
 
 def test_what_is_asked_for_is_drawn_over_the_things() -> None:

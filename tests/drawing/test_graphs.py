@@ -159,3 +159,16 @@ def test_a_graph_that_the_canvas_cuts_off_is_told() -> None:
     codes = [item.code for item in mv.loads(script("C.P.x").replace("[250,40]", "[350,40]")).solve().diagnostics]
     assert codes == ["canvas/cut-off"]
     assert not mv.loads(script("C.P.x")).solve().diagnostics
+
+
+def test_only_the_dots_of_a_graph_are_drawn_anew() -> None:
+    text = (
+        ".config(10,400,300); C:.bar A=[0,0] B=[40,0];"
+        "G:.graph(C.B.y, .d(C.B.y)) .over(C.angle) at=[200,100] .title('g');"
+        " @0 C.A=[80,80]; C.angle=90*.t; @4 .loop;"
+    )
+    motion = mv.loads(text).solve().solution.motion
+    poses = with_numbers(motion, motion.poses(0, 40))
+    prepared = prepare_drawing(motion.timeline.scene, poses, PictureOptions(motion=motion.path))
+    changing = [type(item.mark).__name__ for item in prepared.things if np.ptp(item.state(poses), axis=0).any()]
+    assert changing == ["FigureMark", "SymbolMark", "SymbolMark"]  # the crank, the dots

@@ -12,6 +12,7 @@ import pytest
 import movimentum as mv
 from movimentum.drawing.options import PictureOptions
 from movimentum.rendering.prepare import Trace, prepare_drawing
+from tests.broad import broad
 
 OFF = 0.05
 
@@ -103,7 +104,7 @@ KINDS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("fps", [4, 10, 17])
+@broad("fps", [7, 25, 60], first=1)
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "still" not in kind])
 def test_a_path_is_what_it_is_between_frames(kind: str, fps: float) -> None:
     x, y, fx, fy, breaks = KINDS[kind]
@@ -113,6 +114,33 @@ def test_a_path_is_what_it_is_between_frames(kind: str, fps: float) -> None:
     assert missing < OFF + 0.02
     assert invented < OFF + 0.02
     assert (path[:, 2] == 0).sum() == sum(0 < t <= end for t in breaks)
+
+
+def test_the_drawing_is_the_same_at_every_rate_and_empty_where_a_point_jumps() -> None:
+    """A linkage with a kink and a step at which its point is put elsewhere, both between frames."""
+    text = (
+        "C:.bar A=[0,0] B=[50,0]; R:.bar B=[0,0] S=[120,0]; D:.disc(4) O=[0,0]; T:.trace D.O .whole;"
+        "@0 C.A=[150,150]; C.angle=360*.t; R.B=C.B; R.S=[_,150]; R.S.x > 150; D.O=(R.B+R.S)/2;"
+        "@0.733 C.angle=263.88-200*.t; @1.313 D.O=[40,30*.t]; @2"
+    )
+    drawn = [_paths(f".config({fps},400,400); {text}")[0].path for fps in (7, 25, 60)]
+    for path in drawn:
+        (gap,) = np.flatnonzero(path[:, 2] == 0)
+        assert abs(path[gap, 3] - 1.313) < 1e-6
+        before, after = path[gap - 1], path[gap + 1]
+        assert np.hypot(*(before[:2] - after[:2])) > 100
+        assert np.hypot(*(after[:2] - (40, 0))) < OFF
+        pieces = np.hypot(*np.diff(path[:, :2], axis=0).T)[(path[1:, 2] > 0) & (path[:-1, 2] > 0)]
+        assert pieces.max() < 60  # nothing slanted across the jump
+    for one, other in itertools.permutations(drawn, 2):
+        a, b = (
+            np.array([path[:-1, :2], path[1:, :2]])[:, (path[1:, 2] > 0) & (path[:-1, 2] > 0)] for path in (one, other)
+        )
+        middles = np.concatenate([a[0], (a[0] + a[1]) / 2])
+        away = middles[:, None] - b[0]
+        way = b[1] - b[0]
+        part = np.clip((away * way).sum(-1) / np.maximum((way**2).sum(-1), 1e-30), 0, 1)
+        assert np.hypot(*np.moveaxis(away - part[..., None] * way, -1, 0)).min(axis=1).max() < 2 * OFF
 
 
 def test_what_stands_still_and_jumps_has_no_path() -> None:

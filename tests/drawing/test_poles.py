@@ -17,6 +17,7 @@ from movimentum.drawing.options import PictureOptions
 from movimentum.drawing.polodes import polode
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing
+from tests.broad import broad
 from tests.command import ROOT
 from tests.drawing.test_figures import solved
 
@@ -110,7 +111,7 @@ def test_the_moving_polode_rolls_and_does_not_slip(text: str) -> None:
     assert steps[0] == pytest.approx(steps[1], rel=1e-5, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["four-bar", "hoecken", "watt", "slider-crank", "whitworth"])
+@broad("name", ["four-bar", "hoecken", "watt", "slider-crank", "whitworth"], first=4)
 def test_three_poles_are_on_a_line(name: str) -> None:
     """Kennedy's theorem."""
     motion = mv.load(ROOT / "scripts" / f"{name}.mov").solve().solution.motion
@@ -150,6 +151,30 @@ def test_a_wheel_turns_about_the_point_where_it_touches() -> None:
     assert pole_of(motion, (0, number(motion, "Far")), poses, times)[2] == pytest.approx(
         np.zeros(len(times)), abs=1e-12
     )
+
+
+EASED = """.config(10, 400, 300);
+Rod : .bar A = [0,0] B = A + [140,0];   Arm : .bar A = [200,100] B = A + [0,90];
+@0  Rod.A = [100 + 60*.ease(.t), 50];   Rod.B = [220, _];   Rod.B.y > 60;
+    Arm.A = [200,100];   Arm.angle = 50*.ease(.t);
+@1
+"""
+
+
+def test_a_pole_is_known_where_its_thing_begins_to_move() -> None:
+    motion = motion_of(EASED).path
+    times = [Fraction(0), Fraction(1, 2), Fraction(1)]
+    poses = motion.poses_at(times)
+    rod = place_of(pole_of(motion, (0,), poses, times))
+    a, b = (poses.world(0, local) for local in ((0, 0), (140, 0)))
+    assert rod == pytest.approx(np.stack([a[:, 0], b[:, 1]], axis=1), abs=1e-9)  # over A, beside B
+    between = place_of(pole_of(motion, (0, 1), poses, times))
+    # relative to the arm: on the line of both poles (Kennedy), where their angular velocities are as the distances
+    ways = [between - rod, between - np.array([200.0, 100.0])]
+    assert ways[0][:, 0] * ways[1][:, 1] == pytest.approx(ways[0][:, 1] * ways[1][:, 0], rel=1e-9, abs=1e-6)
+    slope = 60 / np.array([b[k, 1] - a[k, 1] for k in range(3)])  # of the rod's angle, for d(ease) = 1
+    arm = np.deg2rad(50)
+    assert np.abs(slope * np.hypot(*ways[0].T)) == pytest.approx(np.abs(arm * np.hypot(*ways[1].T)), rel=1e-9)
 
 
 def test_a_pole_at_infinity_is_an_arrow_at_the_edge() -> None:

@@ -15,6 +15,7 @@ from PIL import Image
 
 import movimentum as mv
 from movimentum.vector.numbers import joined
+from tests.broad import broad
 from tests.command import ROOT
 from tests.drawing.films import everything
 from tests.drawing.likeness import LETTERED, LETTERS, Tolerance, unlike
@@ -63,7 +64,7 @@ def _same(script: Path, reader: Callable[[Path, int], bytes], folder: Path) -> N
 
 
 @pytest.mark.parametrize("reader", READERS)
-@pytest.mark.parametrize("name", SCRIPTS)
+@broad("name", SCRIPTS, every=3)
 def test_other_readers_see_the_first_frame(name: str, reader: str, tmp_path: Path) -> None:
     _same(ROOT / "scripts" / f"{name}.mov", READERS[reader], tmp_path)
 

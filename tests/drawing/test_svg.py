@@ -184,3 +184,27 @@ def test_an_svg_moves_in_a_picture_of_a_page(page: Any, tmp_path: Path) -> None:
     before = page.screenshot()
     page.wait_for_timeout(400)
     assert page.screenshot() != before
+
+
+LETTERED = """.config(10, 300, 200);
+Crank : .bar A = [0,0]  B = A + [50,0];
+Name  : .label('F_{12} & <b>') Crank.B .italic .offset(8,8);
+Turn  : .label('{Crank.angle:5.1f}°') at = [150,180] .align('center');
+Size  : .dimension Crank.A Crank.B .offset(20) .text('r');
+@0  Crank.A = [70,80];   Crank.angle = 90*.t;
+@1
+"""
+
+
+def test_texts_are_outlines_or_texts(tmp_path: Path) -> None:
+    motion = mv.loads(LETTERED).solve()
+    for form in (None, "outlines", "live"):
+        for at in (None, 0.5):
+            motion.render(tmp_path / "a.svg", at=at, text=form)
+            root = ElementTree.parse(tmp_path / "a.svg").getroot()
+            told = {"".join(each.itertext()) for each in root.iter("{http://www.w3.org/2000/svg}text")}
+            assert {"F12 & <b>", "r", " 45.0°"} <= told if form == "live" else not told
+            motion.render(tmp_path / "a.pdf", at=at, text=form)
+            assert (b"/Subtype /Type3" in (tmp_path / "a.pdf").read_bytes()) is (form != "outlines")
+    with pytest.raises(mv.UsageError):
+        motion.render(tmp_path / "a.svg", text="alive")  # pyright: ignore

@@ -20,6 +20,7 @@ from movimentum.syntax.words import FUNCTIONS
 from movimentum.things.registry import KINDS
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
+from tests.broad import broad
 from tests.command import ROOT
 
 GALLERY = sorted((ROOT / "scripts").glob("*.mov"))
@@ -110,7 +111,7 @@ def test_names_of_the_gallery_are_those_of_the_scene(path) -> None:
     assert folds(shown.outline(str(path)))
 
 
-@pytest.mark.parametrize("path", SMALL, ids=lambda path: path.stem)
+@broad("path", SMALL, every=5, ids=lambda path: path.stem)
 def test_another_name_leaves_the_scene_as_it_is(path) -> None:
     """Every ninth name, changed and changed back; with the new name the script says the same."""
     text, where = path.read_text(encoding="utf-8"), str(path)

@@ -11,10 +11,11 @@ from PIL import Image
 
 from movimentum.drawing.options import PictureOptions
 from movimentum.encoding.gif import SEEN
-from movimentum.encoding.palette import CLOSE, choose_palette, packed
+from movimentum.encoding.palette import CLOSE, Samples, choose_palette, packed
 from movimentum.encoding.write import write_animation
 from movimentum.errors import UsageError
 from movimentum.rendering.painter import make_painter
+from tests.broad import broad
 from tests.encoding.films import FPS, composed, moving
 from tests.encoding.test_files import gif_delays, shown_frames
 from tests.rendering.scenes import disc_file, poses, scene, thing
@@ -38,7 +39,7 @@ def codes(report):
     return [item.code for item in report.diagnostics]
 
 
-@pytest.mark.parametrize("frame", [1, 13, 30, 54, 77, 98])
+@broad("frame", [1, 13, 30, 54, 77, 98], every=3)
 @pytest.mark.parametrize("change", ["opacity", "appears", "color"])
 def test_a_colour_that_one_frame_has(tmp_path, frame, change):
     count = 100
@@ -64,7 +65,7 @@ def test_a_colour_that_one_frame_has(tmp_path, frame, change):
 def test_a_palette_has_at_most_255_colours_however_many_are_known(count):
     shades = np.stack([np.arange(count) % 250, np.arange(count) // 250 * 90, np.arange(count) % 7 * 30], axis=1)
     picture = Image.fromarray(shades[None].astype(np.uint8))
-    palette = choose_palette([picture], packed(shades[:100].astype(np.uint8)))
+    palette = choose_palette(Samples.of([picture]), packed(shades[:100].astype(np.uint8)))
     assert len(palette.colors) <= 255
     assert len(palette.table()) <= 768
 

@@ -19,13 +19,14 @@ from movimentum.errors import MovimentumError, UsageError
 from movimentum.rendering.painter import make_painter
 from movimentum.rendering.stream import Spool
 from movimentum.scene.model import AnchorRef
+from tests.broad import broad
 from tests.encoding.films import FPS, bars_only, moving
 from tests.rendering.scenes import poses, scene, thing
 
 # --- workers ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suffix", ["gif", "apng", "webp"])
+@broad("suffix", ["gif", "apng", "webp"], fast=("webp",))
 def test_bytes_do_not_depend_on_workers_nor_on_chunks(tmp_path, suffix):
     made, where = moving(tmp_path, frames=130)
     options = PictureOptions(traces=(AnchorRef(1, 1),), transparent=suffix != "gif")
@@ -86,7 +87,7 @@ class Failure(Exception):
 
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("error", [Failure, KeyboardInterrupt])
-@pytest.mark.parametrize("name", ["o.gif", "o.apng", "o.webp", "o-%d.png", "o.mp4"])
+@broad("name", ["o.gif", "o.apng", "o.webp", "o-%d.png", "o.mp4"], every=2)
 def test_nothing_is_left_after_an_exception(tmp_path, workers, error, name):
     if name.endswith("mp4"):
         pytest.importorskip("av")
@@ -199,7 +200,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the unit of ru_maxrss differs")
-@pytest.mark.parametrize("suffix", ["gif", "apng", "webp"])
+@broad("suffix", ["gif", "apng", "webp"], fast=("gif",))
 def test_memory_does_not_grow_with_the_length(tmp_path, suffix):
     def peak(frames):
         command = [sys.executable, "-c", LONG, str(frames), str(tmp_path / f"o.{suffix}")]

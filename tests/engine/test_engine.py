@@ -16,6 +16,7 @@ import pytest
 from movimentum.cancellation import Cancelled
 from movimentum.source import SourceText
 from movimentum.workflow.engine import Engine, Revision, Stage
+from tests.broad import broad
 from tests.command import ROOT
 from tests.engine.edits import edited
 
@@ -80,7 +81,15 @@ def test_nor_do_they_where_motion_is_free(seed: int) -> None:
     _same_as_fresh(Path("free.mov"), FREE, seed, 8)
 
 
-@pytest.mark.parametrize("path", SMALL[::4], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.slow] * (number % 8 == 4))
+        for number, path in enumerate(SMALL)
+        if number % 4 == 0
+    ],
+    ids=lambda path: path.stem,
+)
 def test_nor_do_they_for_mechanisms(path: Path) -> None:
     _same_as_fresh(path, path.read_text(encoding="utf-8"), 7, 4)
 
@@ -148,9 +157,10 @@ def test_another_number_plans_no_more_than_a_restatement() -> None:
     assert structures_compiled() == before
 
 
-@pytest.mark.parametrize(
+@broad(
     ("name", "asked", "more"),
     [("walschaerts", "Radius.F.y", 2), ("stephenson", "Link.S.x", 2), ("peaucellier-linkage", "R2_3.V3.y", 4)],
+    fast=("stephenson",),
 )
 def test_who_asks_for_one_more_value_has_nothing_followed_again(
     name: str, asked: str, more: int, monkeypatch: pytest.MonkeyPatch
@@ -172,8 +182,10 @@ def test_who_asks_for_one_more_value_has_nothing_followed_again(
     assert one.direction.tobytes() == two.direction.tobytes()
 
 
-@pytest.mark.parametrize(
-    "name", ["four-bar", "geneva", "locomotive", pytest.param("peaucellier-linkage", marks=pytest.mark.slow)]
+@broad(
+    "name",
+    ["four-bar", "geneva", "locomotive", "peaucellier-linkage"],
+    fast=("four-bar", "geneva"),
 )
 def test_another_inequality_leaves_the_equations_as_they_were(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     made = _counting(monkeypatch, "movimentum.solver.reuse", "structure_of")

@@ -10,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from movimentum.equations import code, told
+from movimentum.equations import code, formulas, told
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -94,7 +94,7 @@ def test_constants_stay_names():
 @pytest.mark.parametrize("language", ["geogebra", "desmos", "excel", "julia", "matlab", "text", "latex", "mathml"])
 def test_every_language_is_written(language):
     program = program_of(SourceText("crank.mov", CRANK), Choices(), ("x",))
-    function = getattr(told, language, None) or getattr(code, f"{language}_code")
+    function = getattr(told, language, None) or getattr(formulas, language, None) or getattr(code, f"{language}_code")
     assert function(program).count("\n") > 5
 
 
@@ -103,11 +103,11 @@ def test_geogebra_read_back():
 
     program = program_of(SourceText("crank.mov", CRANK), Choices(), ("x",))
     values = {"t": sympy.Rational(3, 10)}
-    for line in told.geogebra(program).splitlines()[1:]:
+    for line in formulas.geogebra(program).splitlines()[1:]:
         name, _, text = line.partition(" = ")
         values[name] = sympy.sympify(text.replace("^", "**"), locals={**values, "R": values.get("R")})
     turn = np.radians(27)
-    assert float(values["out_x"]) == pytest.approx(
+    assert float(values["outX"]) == pytest.approx(
         50 * np.cos(turn) + np.sqrt(120**2 - (50 * np.sin(turn)) ** 2), rel=1e-13
     )
 

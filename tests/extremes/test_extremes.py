@@ -8,6 +8,7 @@ import pytest
 from movimentum.analysis.examine import examine
 from movimentum.errors import ScriptError
 from movimentum.planning.blocks.kinds import method_of
+from tests.broad import broad
 from tests.solver.scenes import anchor, motion_of, residuals, rigidity
 
 
@@ -89,7 +90,7 @@ FACTORS = (1e-150, 1e-100, 1e-30, 1e-9, 1e9, 1e30, 1e100, 1e150)
 @pytest.mark.parametrize(
     "factors", [(1e-150, 1e-9, 1e9, 1e150), pytest.param(FACTORS, marks=pytest.mark.slow)], ids=len
 )
-@pytest.mark.parametrize("scene", SCENES)
+@broad("scene", SCENES, first=3)
 def test_scales(scene, factors):
     _, reference = solved(scene())
     worst = 0.0
@@ -129,7 +130,7 @@ def test_beyond_all_scales_there_is_a_diagnostic_and_no_nan(factor):
         assert examination.diagnostics[0].severity.name == "ERROR"
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@broad("scene", SCENES, first=4)
 def test_size_one_at_a_hundred_million(scene):
     _, reference = solved(scene(0.01))
     _, poses = solved(scene(0.01, (1e8, -1e8)))

@@ -18,6 +18,7 @@ from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.solver.start import contradictions
 from movimentum.solver.start.contradictions import find_contradiction
+from tests.broad import broad
 from tests.families.contradictions import Scene, broken_scene
 from tests.solver.scenes import motion_of
 
@@ -183,7 +184,7 @@ def test_angles_agree_modulo_a_turn():
         assert error is None or error.code != "constraint/conflict"
 
 
-@pytest.mark.parametrize("count", [3, 10, 25])
+@broad("count", [3, 10, 25], first=2)
 @pytest.mark.parametrize("scale", [0.02, 1.0, 30.0])
 def test_products_of_variables_are_solved_whatever_their_size(count, scale):
     # linear in the logarithms: the one solution with positive numbers is known

@@ -17,6 +17,7 @@ from movimentum.solver.solver import CREEPING, MAXIMAL_PIECES
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
+from tests.broad import broad
 
 SCENE = """\
 .config(10, 60, 40);
@@ -103,7 +104,7 @@ def test_binds_beyond_the_limit_are_told_as_not_looked_at() -> None:
     assert f"`@{gaps[MAXIMAL_PIECES // 2][1]:.9g}"[:8] in limit.helps[0]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@broad("seed", range(4), first=3)
 def test_a_wish_across_an_inequality_is_soon_told(seed: int) -> None:
     assert_soon_told(*_drawn_across(seed))
 

@@ -13,6 +13,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.syntax.tree import Statement
+from tests.broad import broad
 from tests.families.dead_centres import KINDS, linkage
 from tests.families.test_orders import reordered
 
@@ -33,7 +34,7 @@ M : .bar E=[-86,0] A=[-58,62];    N : .bar F=[86,0] B=[58,62];
 """
 
 
-@pytest.mark.parametrize("drive", [10, -10])
+@broad("drive", [10, -10], first=1)
 @pytest.mark.parametrize("order", [1, *(pytest.param(order, marks=pytest.mark.slow) for order in (0, 2))])
 def test_that_can_be_left_is_left(drive, order):
     text = SYMMETRIC.replace("DRIVE", str(drive))
@@ -46,7 +47,7 @@ def test_that_can_be_left_is_left(drive, order):
     assert motion["P.C"] == pytest.approx(other["P.C"], abs=1e-8)
 
 
-@pytest.mark.parametrize("drive", [10, -10])
+@broad("drive", [10, -10], first=1)
 @pytest.mark.parametrize("order", [1, *(pytest.param(order, marks=pytest.mark.slow) for order in (0, 2))])
 def test_that_is_a_dead_end_is_told_as_one_and_is_a_frame(drive, order):
     text = EIGHT_BARS.replace("DRIVE", str(drive))
@@ -93,7 +94,7 @@ CLOSED = {"four-bar": 1e-7, "slider-crank": 1e-7, "toggle": 1e-7, "six-bar": 1e-
 """Dyads are solved in closed form, by a square root: rounding of 1e-16 is 1e-8 where it is zero."""
 
 
-@pytest.mark.parametrize("kind", ["slider-crank", "mirrored", "butterfly"])
+@broad("kind", ["slider-crank", "mirrored", "butterfly"], first=1)
 def test_a_linkage_that_is_drawn_at_a_singular_pose_goes_on_where_a_path_does(kind):
     _right(kind, 0, (1,))
 

@@ -10,6 +10,7 @@ from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, understand
+from tests.broad import broad
 from tests.families.drives import WAYS, split_and_whole
 
 SIZE = 100.0
@@ -33,7 +34,7 @@ def check_twins(seed: int) -> None:
     assert max(off / SIZE, turned) <= 1e-9, (seed, how, off, turned)
 
 
-@pytest.mark.parametrize("seed", range(3 * len(WAYS)))
+@broad("seed", range(3 * len(WAYS)), every=4)
 def test_steps_and_one_expression_agree(seed):
     check_twins(seed)
 

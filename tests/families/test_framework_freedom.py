@@ -13,6 +13,7 @@ from PIL import Image
 from movimentum.interop.linkages import linkage_script, read_linkage
 from movimentum.source import SourceText
 from tests.analysis.rods import step_of
+from tests.broad import broad
 from tests.command import movimentum
 from tests.families.frameworks import Framework, framework
 
@@ -52,7 +53,7 @@ def test_figures_of_the_page_on_rigidity(name: str) -> None:
     assert freedom_of(made, 1) == freedom
 
 
-@pytest.mark.parametrize("seed", range(16))
+@broad("seed", range(16), every=2)
 def test_frameworks_in_general_position(seed: int) -> None:
     made = framework(seed)
     assert freedom_of(made, seed) == made.freedom()

@@ -17,6 +17,7 @@ import pytest
 from movimentum.cli.app import run_command_line
 from movimentum.rendering.images import image_size, load_premultiplied
 from movimentum.terminal import typed, visible, visible_json, visible_lines
+from tests.broad import broad
 from tests.command import CRANK, command, environment, movimentum
 from tests.families.hostile_inputs import CONTROLS, SPRITE, bomb, png, postscript, saved, tampered
 
@@ -46,7 +47,7 @@ def test_these_are(tmp_path: Path, kind: str) -> None:
     assert load_premultiplied(str(tmp_path / "wheel.any")).size == (9, 7)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 4_000_000), (4_000_000, 1), (7000, 9000)])
+@broad(("width", "height"), [(1, 4_000_000), (4_000_000, 1), (7000, 9000)], every=2)
 @pytest.mark.parametrize("scale", [1, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_odd_pictures_cost_what_is_drawn(tmp_path: Path, width: int, height: int, scale: float) -> None:
     (tmp_path / "wheel.png").write_bytes(bomb(width, height))
@@ -222,7 +223,7 @@ def test_only_our_own_pictures_are_deleted(recording: Path, tmp_path: Path) -> N
 # --- text on a terminal --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("control", CONTROLS, ids=ascii)
+@broad("control", CONTROLS, every=4, ids=ascii)
 def test_names_do_not_reach_the_terminal_as_commands(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], control: str
 ) -> None:

@@ -14,6 +14,7 @@ from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import Definition, Statement
+from tests.broad import broad
 from tests.solver.scenes import motion_of
 from tests.understand import timeline_of
 
@@ -44,7 +45,7 @@ def reordered(text: str, seed: int, *kinds: type) -> str:
     return text
 
 
-@pytest.mark.parametrize("name", GALLERY)
+@broad("name", GALLERY, fast=("four-bar", "slider-crank", "geneva", "watt", "whitworth"))
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 5))])
 def test_of_statements(name, seed, monkeypatch):
     monkeypatch.chdir(SCRIPTS)
@@ -59,7 +60,8 @@ def test_of_statements(name, seed, monkeypatch):
     assert np.allclose(a.direction, b.direction, atol=1e-10)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 24))])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(24))
 def test_of_a_tiling_that_a_wish_pulls(seed):
     """Whatever comes first is eliminated first; the pose to begin with keeps to the sides of its angles."""
     lines = reordered(TILING, seed, Definition, Statement).rstrip()

@@ -18,6 +18,7 @@ from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.workflow.check import check
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 from tests.command import command, environment, movimentum
 from tests.work import calls
 
@@ -56,9 +57,10 @@ def rates(count: int) -> str:
     return HEAD + "@0 A.P = [0,0]; A.angle = 0;\n" + f"x = {'.d(' * count}{inside}{')' * count}; @1"
 
 
-@pytest.mark.parametrize(
+@broad(
     ("family", "small"),
-    [(misspelled, 300), (empty_steps, 100), (shared, 8), (rates, 3)],
+    [(misspelled, 150), (empty_steps, 100), (shared, 8), (rates, 3)],
+    fast=(shared, rates),
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_four_times_the_text_costs_hardly_more_than_four_times(
@@ -129,7 +131,7 @@ def test_deep_nesting_is_refused_before_it_is_collected(opening: str) -> None:
     assert any("--max-nesting" in text for text in caught[0].diagnostics[0].helps)
 
 
-@pytest.mark.parametrize("nesting", [5, 100, 300])
+@broad("nesting", [5, 100, 300], first=2)
 def test_what_is_just_not_too_deep_is_read(nesting: int) -> None:
     for opening, closing in (("-", ""), ("(", ")"), (".sin(2*", ")"), ("1+2*3^(", ")"), (".min(1,-", ")")):
         told: set[str] = set()

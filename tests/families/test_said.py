@@ -8,16 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image, ImageDraw
 
+import movimentum as mv
 from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
+from movimentum.rendering.off_canvas import leaving
+from tests.broad import broad
 from tests.families.said_scenes import cylinder, linkage, loose, tied, turning
 from tests.solver.scenes import motion_of, residuals
 
 
 def said(text):
     motion = motion_of(text)
-    return motion, examine(motion)
+    return motion, examine(motion, drawn=leaving)
 
 
 def coded(examination, code, severity=Severity.WARNING):
@@ -127,7 +131,7 @@ USES = [
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("use", USES)
+@broad("use", USES, every=4)
 def test_names_of_clocks_are_asked_about(name, use):
     text = f".config(10); Rod : .bar A=[0,0] B=[100,0]; @0 Rod.A=[20,20]; {use.format(name)} @2"
     _, examination = said(text)
@@ -235,6 +239,10 @@ def test_anchors_that_are_not_drawn_may_leave_the_canvas() -> None:
         assert [d.code for d in examination.diagnostics if d.code.startswith("canvas/")] == expected
 
 
+def test_a_scene_without_things_leaves_nothing() -> None:
+    assert not _canvas_codes(".config(10,100,100); .let w = 1.5; @0 @2")
+
+
 def _canvas_codes(text: str, folder: Path | None = None) -> list[str]:
     from movimentum.source import SourceText
     from movimentum.workflow.choices import Choices
@@ -256,6 +264,48 @@ def test_a_text_is_cut_where_its_letters_are(letters: str, moving: bool) -> None
         text = f".config(10, {round(room)}, 60); L : .label('{letters}') {where}; @0"
         text += " L.P = [1, 20 + .t];" if moving else ""
         assert _canvas_codes(f"{text} @1") == expected, room
+
+
+def _cut_pixels(text: str, folder: Path, size: tuple[int, int], beyond: int) -> bool:
+    """Whether anything is drawn outside a canvas of ``size`` in any frame, from pixels: all is moved by ``beyond``."""
+    wide, high = (side + 2 * beyond for side in size)
+    (folder / "a.mov").write_text(text.format(size=f"{wide}, {high}", by=beyond))
+    mv.load(folder / "a.mov").solve().render(folder / "a%d.png")
+    for path in sorted(folder.glob("a?.png")):
+        with Image.open(path) as picture:
+            ink = np.asarray(picture.convert("L")) < 100
+        inside = ink.copy()
+        inside[beyond:-beyond, beyond:-beyond] = False
+        if inside.any():
+            return True
+    return False
+
+
+@pytest.mark.parametrize(
+    "thing",
+    [
+        "W : 'w.png' O=[30,30]; .let far = 30;",
+        "W : .bar O=[0,0] Q=O+[20,0]; L : .label('long {{.t:.5f}}') W.O .offset(9, 4); .let far = 94;",
+        "W : .bar O=[0,0] Q=O+[20,0]; L : .label('auto') W.O; .let far = 40;",
+        "W : .bar O=[0,0] Q=O+[0,50] .width(4); D : .dimension W.O W.Q .offset(-30); .let far = 38;",
+        "W : .bar O=[0,0] Q=O+[-9,0] .width(4) .pins(7); .let far = 8;",
+    ],
+)
+def test_what_is_cut_off_is_what_pixels_show(thing: str, tmp_path: Path) -> None:
+    picture = Image.new("RGBA", (60, 60))
+    ImageDraw.Draw(picture).ellipse((0, 0, 59, 59), fill="black")
+    picture.save(tmp_path / "w.png")
+    text = f".config(5, {{size}}); .let by = {{by}}; .let apart = {{apart}}; {thing}"
+    text += " @0 W.O = [200 - far - apart + by, 60 + by]; W.angle = 3*.t; @1"
+    truths: set[bool] = set()
+    for apart in (-16, -3, 3, 8, 16):
+        said = text.replace("{apart}", str(apart))
+        cut = _cut_pixels(said, tmp_path, (200, 120), 90)
+        truths.add(cut)
+        assert _canvas_codes(said.format(size="200, 120", by=0), tmp_path) == ["canvas/cut-off"] * cut, apart
+        meant = said.format(size="200, 120", by=0).replace("; .let far", " .offstage; .let far")
+        assert _canvas_codes(meant.replace("; L :", " .offstage; L :"), tmp_path) == [], apart
+    assert truths == {True, False}
 
 
 def test_an_element_of_a_drawing_is_cut_where_it_is(tmp_path: Path) -> None:

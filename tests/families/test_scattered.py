@@ -13,6 +13,7 @@ from movimentum.solver.solver import solve
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, understand
+from tests.broad import broad
 from tests.families.scattered import Places, Scattered, scattered, script
 from tests.families.tilings import at_another_place, tiling_script
 
@@ -49,14 +50,12 @@ def farthest(scene: Scattered, at: Places) -> float:
     return max(abs(at(name, anchor) - z) for name, anchors in scene.things.items() for anchor, z in anchors.items())
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 24))])
+@broad("seed", range(24), first=6)
 def test_bars_drawn_at_their_own_origins_are_assembled(seed):
     check_assembled(seed, 5 + seed % 12, "origin")
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(100, 103), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(103, 108))]
-)
+@broad("seed", range(100, 108), first=2)
 def test_bars_drawn_anywhere_are_assembled(seed):
     check_assembled(seed, 14, "anywhere")
 
@@ -68,7 +67,7 @@ def test_many_scattered_scenes(first, things):
         check_assembled(seed, things, "origin")
 
 
-@pytest.mark.parametrize("seed", [*range(9), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(9, 16))])
+@broad("seed", range(16), first=5)
 def test_a_drawing_pinned_elsewhere_is_the_drawing_moved(seed):
     scene = scattered(3000 + seed, 4 + seed % 9)
     solved, at = places_of(begun(script(scene, seed, "together")))
@@ -86,12 +85,12 @@ def test_many_drawings_pinned_elsewhere():
         assert farthest(scene, at) <= 1e-8 * SIZE, seed
 
 
-@pytest.mark.parametrize(
+@broad(
     ("order", "turn", "shift"),
     [
         (1, 0.0, 0j), (1, 40.0, 300 - 20j), (1, 180.0, 5 + 5j), (1, -77.0, 0j), (1, None, 100 + 1000j),
         (2, None, -250 + 10j), (2, 123.0, 80 + 900j),
-    ],
+    ], first=5,
 )  # fmt: skip
 def test_tilings_are_assembled_at_any_place_and_angle(order, turn, shift):
     check_tiling(order, turn, shift)

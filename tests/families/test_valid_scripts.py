@@ -14,6 +14,7 @@ from movimentum.cli.app import run_command_line
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
 from movimentum.workflow.stages import understand
+from tests.broad import broad
 from tests.families.forked import tried_input, warm
 from tests.families.valid_scripts import script
 
@@ -75,7 +76,7 @@ def test_numbers_that_floats_hardly_hold_are_told(
     assert "error[" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
+@broad(
     ("statements", "codes"),
     [
         ("@0 A.P=[.t,0]; @+1e-300 A.P=[.s,0]; @+1e-300 A.P=[1,0] -> [3,.s]; @+1e-290", (0, 3)),
@@ -84,6 +85,7 @@ def test_numbers_that_floats_hardly_hold_are_told(
         ("@0 A.P=[0,0]; A.Q=B.P; B.Q=[-3e11,x]; @1", (1, 3)),
         ("L:.label('{.along(A.P, B.P, B.Q):.1f}') at=[1,1]; @0 A.P=[0,0]; @1", (0,)),
     ],
+    every=3,
 )
 def test_what_once_was_a_bug(tmp_path: Path, statements: str, codes: tuple[int, ...]) -> None:
     (tmp_path / "a.mov").write_text(BARS + statements)

@@ -10,6 +10,7 @@ import movimentum as mv
 from movimentum.fitting.fit import make_job, make_problem
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 
 ARM = """.let R = 30 .range(10, 80); .let S = 5 .range(-100, 100); .let U = 0 .range(-500, 500);
 Arm : .bar O = [0, 0] P = [60, 0];
@@ -35,7 +36,7 @@ SLOWLY = pytest.mark.slow
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=SLOWLY) for seed in (1, 2))])
-@pytest.mark.parametrize(
+@broad(
     "spelling",
     [
         ".goal .max(.abs({x})) .smallest;",
@@ -43,6 +44,7 @@ SLOWLY = pytest.mark.slow
         pytest.param(".goal .range({x}) .smallest; .require .max({x}) + .min({x}) = 0 .within(1e-6);", marks=SLOWLY),
         pytest.param(".goal .max({x}) - .min({x}) .smallest; .goal R = 50 .weight(1e-9);", marks=SLOWLY),
     ],
+    fast=(".goal 3 - 2*.max(.abs({x})) .largest .weight(5);",),
 )
 def test_the_nearest_in_every_frame_is_that_of_linear_programming(seed, spelling):
     angle = float(np.random.default_rng(seed).uniform(-30.0, 30.0))
@@ -75,13 +77,14 @@ def test_a_largest_value_is_weighed_against_squares(goals, constants):
     assert {name: found.constants[name] for name in constants} == pytest.approx(constants, abs=2e-6)
 
 
-@pytest.mark.parametrize(
+@broad(
     ("goal", "free"),
     [
         ("(R - 33 + S)^2 .smallest", 1),
         ("(R - 33)^2 + (S - 2)^2 .smallest", 0),
         ("R .largest; .require R + S^2 < 40", 0),
     ],
+    first=1,
 )
 def test_what_a_largest_value_leaves_open_is_told(goal, free):
     found = mv.loads(ARM.format(angle=0, goals=f".goal {goal};").replace(".let U = 0 .range(-500, 500);", "")).fit()
@@ -141,7 +144,7 @@ A : .gear(20, 2) C = [0,0] P = [10,0];  B : .gear(10, 2) C = [0,0] P = [5,0];
 @1"""
 
 
-@pytest.mark.parametrize(
+@broad(
     ("text", "period"),
     [
         (TURNED.format(range="0, 360", angle="th", more=""), 1.0),
@@ -155,6 +158,7 @@ A : .gear(20, 2) C = [0,0] P = [10,0];  B : .gear(10, 2) C = [0,0] P = [5,0];
         (TIMED.format(more=".require th > 0.001;"), np.inf),
         (GEARED, 1.0),
     ],
+    every=3,
 )
 def test_constants_with_a_period_pass_the_ends_of_their_ranges(text, period):
     search = make_problem(make_job(SourceText("<text>", text), Choices(), {})).search

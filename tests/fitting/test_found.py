@@ -11,6 +11,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.errors import UsageError
+from tests.broad import broad
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 FOUR_BAR = """
@@ -80,7 +81,7 @@ def recovered(seed):
     assert all(goal.worst < 1e-6 for goal in found.goals)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@broad("seed", range(2), fast=(1,))
 def test_a_coupler_curve_gives_its_lengths_back(seed):
     recovered(seed)
 
@@ -103,7 +104,11 @@ GALLERY = {
 """A point of a mechanism of the gallery, and where its script has the lengths (in braces) that are to be found."""
 
 
-@pytest.mark.parametrize("name", GALLERY)
+@broad(
+    "name",
+    GALLERY,
+    fast=("watt",),
+)
 def test_mechanisms_of_the_gallery_are_found_from_their_own_curves(name):
     point, places = GALLERY[name]
     text = (SCRIPTS / f"{name}.mov").read_text()
@@ -247,7 +252,7 @@ Arm : .bar O = [0, 0] P = [R, 0];
 """
 
 
-@pytest.mark.parametrize(
+@broad(
     ("aims", "length"),
     [
         (".goal Arm.P.y.at(1) = 50;", 50.0),
@@ -261,6 +266,7 @@ Arm : .bar O = [0, 0] P = [R, 0];
         (".goal .range(Arm.P.x) + .min(Arm.P.y) - .first(Arm.P.y) = 33;", 33.0),
         (".require .min(Arm.P.y, 100) >= -1; .goal Arm.P = [27, 36] .at(.acos(0.6)/90);", 45.0),
     ],
+    every=5,
 )
 def test_one_length_is_the_closed_form(aims, length):
     found = mv.loads(ARM.format(aims)).fit()
@@ -275,7 +281,7 @@ def test_one_length_is_the_closed_form(aims, length):
     )
 
 
-@pytest.mark.parametrize(
+@broad(
     "aim",
     [
         "-Arm.P.y = -50 .at(1)",
@@ -287,6 +293,7 @@ def test_one_length_is_the_closed_form(aims, length):
         "Arm.P.y = Arm.P.x.at(0) - 10 .at(.asin(10/40)/90)",
         "Arm.P.y >= 50 .at(1)",
     ],
+    every=3,
 )
 def test_the_time_at_the_end_of_a_goal_is_that_of_both_sides(aim):
     found = mv.loads(".let down = [0, 80];" + ARM.format(f".goal {aim}; .goal Arm.P.x.at(0) = 0 .weight(1e-9);")).fit()

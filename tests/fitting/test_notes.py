@@ -6,13 +6,13 @@ import json
 import re
 
 import numpy as np
-import pytest
 
 from movimentum.cli.app import run_command_line
 from movimentum.fitting.fit import make_job, make_problem
 from movimentum.fitting.search import Candidates
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 
 ARM = """.let R = 40 .range({ends}); {lets}
 Arm : .bar O = [0, 0] P = [R, 0];
@@ -46,7 +46,7 @@ def test_no_range_is_proposed_beyond_the_film(tmp_path, capsys):
     assert "--vary" not in err
 
 
-@pytest.mark.parametrize(
+@broad(
     ("goals", "free"),
     [
         ("(R - 30)^2 + (S - 4)^2 = -1", 0),
@@ -54,6 +54,7 @@ def test_no_range_is_proposed_beyond_the_film(tmp_path, capsys):
         ("(R - 30 + S)^2 = -1", 1),
         ("(R - 30)*(R - 30) + 2*(S - 4)^2 + (R - 30)*(S - 4) = -3", 0),
     ],
+    every=2,
 )
 def test_isolated_minima_are_not_called_undecided(tmp_path, capsys, goals, free):
     _, err = told(tmp_path, capsys, lets=".let S = 3 .range(0, 10);", goals=f".goal {goals};")

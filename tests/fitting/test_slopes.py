@@ -12,6 +12,7 @@ from movimentum.fitting.fit import make_job, make_problem
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
+from tests.broad import broad
 from tests.variants.edited import varied
 
 DYADS = ("four-bar", "slider-crank")
@@ -64,7 +65,7 @@ def judge(name: str, seed: int) -> bool:
     return bool((found.sure & single.moves).any())
 
 
-@pytest.mark.parametrize("name", [*DYADS, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
+@broad("name", [*DYADS, *OTHERS], fast=("four-bar",))
 def test_slopes_are_those_of_the_single_solver(name):
     together = [judge(name, seed) for seed in range(3)]
     assert any(together)

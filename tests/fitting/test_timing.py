@@ -10,6 +10,7 @@ from movimentum.fitting.fit import FitProblem, make_job, make_problem
 from movimentum.fitting.least_squares import steps_of
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 
 ARM = """.let R = 40 .range(20, 60); {lets}
 Arm : .bar O = [0, 0] P = [R, 0];
@@ -38,7 +39,7 @@ def cost(radius, points, times):
     )
 
 
-@pytest.mark.parametrize("seed", range(6))
+@broad("seed", range(6), every=3)
 @pytest.mark.parametrize("ordered", [False, True])
 def test_times_are_the_best_ones(seed, ordered):
     generator = np.random.default_rng([seed, ordered])

@@ -17,6 +17,7 @@ from movimentum.source import SourceText
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.concrete import concrete, tokens
 from movimentum.syntax.parser import parse
+from tests.broad import broad
 from tests.command import ROOT
 from tests.properties.scenes import Anything
 
@@ -88,7 +89,7 @@ IMPORTED = ("penrose-five", "penrose-twenty", "peaucellier-linkage")
 """What `import` writes, letter for letter (`tests/mechanisms/test_imported.py`)."""
 
 
-@pytest.mark.parametrize("path", GALLERY, ids=lambda path: path.stem)
+@broad("path", GALLERY, every=4, ids=lambda path: path.stem)
 def test_the_gallery_stays_as_it_is(path) -> None:
     made = same(text_of(path))
     assert made == text_of(path) or path.stem in IMPORTED
@@ -147,18 +148,18 @@ def test_what_would_be_read_differently_without_a_space() -> None:
 
 
 def test_long_scripts_take_time_in_proportion() -> None:
-    one_line = "".join(f"Rod{n} : .bar A = [{n},0] B = [0,{n}];" for n in range(500))
+    one_line = "".join(f"Rod{n} : .bar A = [{n},0] B = [0,{n}];" for n in range(150))
     same(one_line)
     same(one_line.replace(";", ";\n"))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.sampled_from(SMALL), st.integers(0, 10**9), st.floats(0, 1))
 def test_white_space_and_comments_anywhere(path, seed: int, share: float) -> None:
     same_if_valid(disturbed(text_of(path), seed, share))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 10**9), st.integers(0, 10**9))
 def test_any_script(seed: int, other: int) -> None:
     text = Anything(seed).script()

@@ -16,6 +16,7 @@ from movimentum.golden.check import check
 from movimentum.golden.page import write_report
 from movimentum.golden.pictures import BLURRED, difference
 from movimentum.golden.record import golden_of, record
+from tests.broad import broad
 from tests.command import movimentum
 
 HERE = Path(__file__).parent
@@ -29,7 +30,12 @@ Rod   : .bar A=[100,80] B=[180,80];
 """
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@broad(
+    "script",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem == "penrose-twenty")) for path in SCRIPTS],
+    every=3,
+    ids=lambda path: path.stem,
+)
 def test_the_gallery_is_as_recorded(script):
     outcome = check(golden_of(script, HERE))
     assert outcome.good, outcome.diagnostics[0].message

@@ -17,6 +17,7 @@ from movimentum.interop.snapping import snapped
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
+from tests.broad import broad
 from tests.command import ROOT, movimentum
 
 LINKAGE = "v\n0 0\n10 0\n10 10\n0 10\n4 5.5\nf\n0\n1\ne\n0 1\n1 2\n2 3\n3 0\n2 4\na\n0 1 3\n2 1 4\n"
@@ -94,7 +95,7 @@ def assert_checkable(script: str) -> None:
     assert examined(arranged(scene, Choices()), Choices()).fault in (0, 1, 3)
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 10))])
+@broad("seed", range(10), fast=(2, 3))
 def test_what_is_torn_is_refused_or_can_be_checked(seed: int) -> None:
     made = 0
     for k in range(10):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from tests.mechanisms.engine_oracles import slide
@@ -149,3 +151,42 @@ def locomotive(t: Array) -> Columns:
         parts.append(points(f"{side}.Main", B=pins[1], H=head))
         parts.append(points(f"{side}.Piston", H=head))
     return merge(*parts)
+
+
+def tackle(t: Array) -> Columns:
+    """Sheaves of 22 and 36, the upper ones about (140, 430); a winch of 28 at (320, 80) takes in. How high the lower
+    ones are is found by halving; wheels turn by what passes over them.
+    """
+    centres = [(162.0, 510.0), (140.0, 0.0), (140.0, 430.0), (140.0, 0.0), (140.0, 430.0), (320.0, 80.0)]
+    radii = [0.0, 22.0, 22.0, 36.0, 36.0, 28.0]
+    wound = np.radians(270.0 * (1.0 - np.cos(np.radians(72.0 * t)))) * radii[-1]
+
+    def parts(y: Array) -> tuple[list[Array], list[Array], list[Array]]:
+        """The straight parts' lengths and directions, and the arcs between them."""
+        places = [np.stack([0 * y + x, y if low == 0.0 else 0 * y + low], axis=1) for x, low in centres]
+        straight, direction = [], []
+        for n, away in enumerate(b - a for a, b in itertools.pairwise(places)):
+            far, lower = np.hypot(*away.T), radii[n] - radii[n + 1]
+            straight.append(np.sqrt(far**2 - lower**2))
+            direction.append(np.arctan2(away[:, 1], away[:, 0]) - np.arcsin(lower / far))
+        turns = [np.mod(a - b, 2 * np.pi) for a, b in itertools.pairwise(direction)]
+        return straight, direction, [r * turn for r, turn in zip(radii[1:], turns, strict=False)]
+
+    low, high = 0 * t + 60.0, 0 * t + 350.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        straight, _, arcs = parts(middle)
+        long = sum(straight) + sum(arcs) + wound > 1862.5
+        low, high = np.where(long, middle, low), np.where(long, high, middle)
+    found: Columns = {}
+    (straight, direction, arcs), (straight0, direction0, arcs0) = parts(low), parts(0 * t + 170.0)
+    for n, name in enumerate(("Low2", "High2", "Low", "High"), 1):
+        passed = sum(straight[:n]) + sum(arcs[: n - 1]) - sum(straight0[:n]) - sum(arcs0[: n - 1])
+        turn = np.degrees(passed / radii[n] + direction[n - 1] - direction0[n - 1])
+        place = np.stack([0 * t + 140.0, low if centres[n][1] == 0.0 else 0 * t + 430.0], axis=1)
+        found |= body(name, {"O": (0, 0), "P": (0, 28 if radii[n] == 36.0 else 15)}, "O", place, turn)
+    hung = np.stack([0 * t + 140.0, low - 75.0], axis=1)
+    found |= points("Shaft", A=hung + np.array([0, 75]), B=hung) | points(
+        "Load", A=hung - np.array([42, 0]), C=hung + np.array([42, -50])
+    )
+    return found | body("Winch", {"O": (0, 0), "P": (0, 21)}, "O", still((320, 80), t), -np.degrees(wound / 28.0))

@@ -24,12 +24,17 @@ Solve = Callable[..., Columns]
 ORACLES: dict[str, Callable[[Array], Columns]] = {
     "acceleration": motion_oracles.acceleration,
     "antiparallelogram": figure_oracles.antiparallelogram,
+    "axle-path": figure_oracles.axle_path,
+    "bicycle-suspension": figure_oracles.bicycle_suspension,
     "clockwork": gear_oracles.clockwork,
     "coupling-rods": engine_oracles.coupling_rods,
+    "crane": figure_oracles.crane,
+    "drafting-pantograph": figure_oracles.drafting_pantograph,
     "excavator": machine_oracles.excavator,
     "falling-bar": motion_oracles.falling_bar,
     "four-bar": linkage_oracles.four_bar,
     "geneva": gear_oracles.geneva,
+    "governor": figure_oracles.governor,
     "hart": machine_oracles.hart,
     "hoecken": linkage_oracles.hoecken,
     "jansen": linkage_oracles.jansen,
@@ -47,25 +52,34 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
     "simson-line": figure_oracles.simson_line,
     "slider-crank": engine_oracles.slider_crank,
     "stephenson": engine_oracles.stephenson,
+    "tackle": machine_oracles.tackle,
     "trammel": linkage_oracles.trammel,
+    "two-stroke": figure_oracles.two_stroke,
     "umbrella": figure_oracles.umbrella,
+    "velocity-polygon": figure_oracles.velocity_polygon,
     "walschaerts": engine_oracles.walschaerts,
     "watt": linkage_oracles.watt,
     "whitworth": machine_oracles.whitworth,
+    "writing": figure_oracles.writing,
+    "zeuner": figure_oracles.zeuner,
 }
 
 IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
 FRAMES = {
-    "acceleration": 100, "antiparallelogram": 125, "simson-line": 200, "umbrella": 125,
+    "acceleration": 100, "antiparallelogram": 125, "simson-line": 200, "tackle": 125, "umbrella": 125,
+    "axle-path": 100, "bicycle-suspension": 60, "crane": 250, "velocity-polygon": 100, "zeuner": 100,
     "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
+    "drafting-pantograph": 100, "governor": 150, "writing": 163,
     "planetary": 150, "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
 }  # fmt: skip
 """How many frames each script has; 50 where it is not said."""
 
-ENDING = {"coupling-rods", "falling-bar"}
-"""Scripts that do not begin again at their end: the rods' track goes by (its sleepers meet sleepers), the bar falls."""
+ENDING = {"coupling-rods", "falling-bar", "writing"}
+"""Scripts that do not begin again at their end: the rods' track goes by (its sleepers meet sleepers), the bar falls,
+and a title is written.
+"""
 
 SLOWER = {"excavator", "stephenson", "walschaerts"}
 """Scripts with 20 frames a second instead of 25."""

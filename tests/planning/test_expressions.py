@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf, quad
 
 from movimentum import expressions as ex
+from movimentum.expressions.arrays import sincosd
 from movimentum.expressions.floats import Floats
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, with_respect_to
 from movimentum.planning.lowering.integrals import closed_form
+from tests.broad import broad
 
 VALUES = {0: 0.7, 1: -1.3, 2: 2.1}
 X = [ex.symbol(n) for n in VALUES]
@@ -82,7 +83,7 @@ def expressions(depth=4):
     return st.recursive(leaf, extend, max_leaves=2**depth)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(expressions())
 def test_generated_code_computes_what_the_nodes_say(root):
     function = compiled([root], Clocks())
@@ -93,7 +94,7 @@ def test_generated_code_computes_what_the_nodes_say(root):
     assert np.broadcast_to(many, 5) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(expressions(), st.sampled_from([0, 1, 2]))
 def test_derivatives_agree_with_differences(root, unknown):
     with mp.workdps(80):  # so that a step can be short enough for whatever oscillates
@@ -116,7 +117,7 @@ def test_what_is_affine_is_told_from_what_only_has_a_constant_slope() -> None:
     assert affine(ex.div(y, x), 0) is None
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(expressions())
 def test_polynomials_are_the_same_function(root):
     form = poly.from_expression(root)
@@ -130,7 +131,7 @@ T0 = ex.clock(Fraction(0))
 T1 = ex.clock(Fraction(1, 3))
 
 
-@pytest.mark.parametrize(
+@broad(
     "integrand",
     [
         ex.const(9.81),
@@ -142,6 +143,7 @@ T1 = ex.clock(Fraction(1, 3))
         ex.mul(T0, ex.call("sind", ex.mul(ex.const(90.0), T0))),
         ex.mul(ex.mul(T0, T0), ex.call("exp", T1)),
     ],
+    every=3,
 )
 def test_closed_forms_of_integrals(integrand):
     start = Fraction(1, 2)

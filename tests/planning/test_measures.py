@@ -30,12 +30,13 @@ def core(motion: PathMotion) -> list[int]:
     return [len(block.core) for block in motion.segments[0].plan.blocks if isinstance(block, Free)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "measure",
     [
         f"turned = {FIRST}.angle;",
-        pytest.param(f"far = ({FIRST}.V0 - [10,20]).l;", marks=pytest.mark.slow),
-        pytest.param(f"twice = 2*once; once = {FIRST}.V0.x + {FIRST}.V0.y;", marks=pytest.mark.slow),
+        f"far = ({FIRST}.V0 - [10,20]).l;",
+        f"twice = 2*once; once = {FIRST}.V0.x + {FIRST}.V0.y;",
         f"turned = {FIRST}.angle + far; far = ({FIRST}.V0 - [10,20]).l;",
     ],
 )

@@ -16,6 +16,7 @@ from movimentum.scene.build import build
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
 from movimentum.timeline.arrange import arrange
+from tests.broad import broad
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 EDITS = 6
@@ -47,7 +48,7 @@ def edits(text, count, seed):
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(EDITS, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("path", sorted(SCRIPTS.glob("*.mov")), ids=lambda path: path.stem)
+@broad("path", sorted(SCRIPTS.glob("*.mov")), every=4, ids=lambda path: path.stem)
 def test_another_number_compiles_nothing(path, count):
     text = path.read_text(encoding="utf-8")
     compiled_for(text, path)

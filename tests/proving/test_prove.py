@@ -8,13 +8,15 @@ import pytest
 
 from movimentum.analysis.diagnose.claims import broken_claims
 from movimentum.errors import MovimentumError
-from movimentum.proving.prove import ProofVerdict, Prover
+from movimentum.proving.prove import Prover
+from movimentum.proving.verdicts import ProofVerdict
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.prove import proofs
 from movimentum.workflow.stages import arranged, moved, understand
+from tests.broad import broad
 from tests.command import ROOT, movimentum
-from tests.proving.theorems import FALSE, TRUE, WATT
+from tests.proving.theorems import ALL_LENGTHS, FALSE, TRUE, WATT
 
 PROVED = {ProofVerdict.PROVED, ProofVerdict.ON_BRANCH}
 FILMS = {
@@ -28,6 +30,8 @@ FILMS = {
         "clockwork",
         "scissor-lift",
         "locomotive",
+        "planetary",
+        "zeuner",
     )
 }
 
@@ -50,7 +54,7 @@ def test_a_broken_theorem_is_false_and_a_pose_breaks_it(name):
     assert any(one.verdict is ProofVerdict.FALSE and one.counterexample for one in found)
 
 
-@pytest.mark.parametrize("name", FILMS)
+@broad("name", FILMS, fast=("hart", "pantograph", "scotch-yoke", "planetary"))
 def test_exact_claims_of_the_gallery_are_proved(name):
     assert {one.verdict for one in judged(FILMS[name])} <= PROVED
 
@@ -74,10 +78,50 @@ def test_an_approximate_straight_line_is_not_proved():
     assert one.verdict is ProofVerdict.FALSE
 
 
-def test_all_lengths():
-    (first, *_), names = proofs(SourceText("hart.mov", FILMS["hart"]), Choices(), 60.0, all_lengths=True)
-    assert first.verdict in PROVED
+@pytest.mark.parametrize("name", ALL_LENGTHS)
+def test_all_lengths(name):
+    found, names = proofs(SourceText("letters.mov", ALL_LENGTHS[name]), Choices(), 60.0, all_lengths=True)
+    assert {one.verdict for one in found} <= PROVED
+    assert len(names) >= 3
+
+
+def test_all_lengths_of_hart_and_what_holds_for_some_only():
+    found, names = proofs(SourceText("hart.mov", FILMS["hart"]), Choices(), 60.0, all_lengths=True)
+    assert {one.verdict for one in found} == {ProofVerdict.ON_BRANCH}
     assert set(names) == {"L", "S", "q"}
+    one_length = ALL_LENGTHS["pantograph"].replace("C = A + [b,0]", "C = A + [(k-1)*b,0]")  # right for k = 2
+    (one,), _ = proofs(SourceText("letters.mov", one_length), Choices(), 60.0)
+    assert one.verdict in PROVED
+    (one,), _ = proofs(SourceText("letters.mov", one_length), Choices(), 60.0, all_lengths=True)
+    assert one.verdict is ProofVerdict.FALSE
+
+
+DEGREES = """
+Crank : .bar O = [0,0] P = O + [100,0];
+@0 Crank.O = [0,0]; Crank.angle = 90*.t + {advance};
+   .claim Crank.P.x = 100*.cos(90*.t)*.cos({advance}) - 100*.sin(90*.t)*.sin({advance});
+   .claim Crank.P.x = 100*.sin(90*.t + {advance} + 450);
+   .claim Crank.P.x = 100*.cos(90*.t + {advance} + 1) .within(2);
+@2
+"""
+
+
+@pytest.mark.parametrize("advance", [35, 41, -7.5, 305])
+def test_degrees_are_constants(advance):
+    first, second, third = judged(DEGREES.format(advance=advance))
+    assert (first.verdict, second.verdict) == (ProofVerdict.PROVED, ProofVerdict.PROVED)
+    assert third.verdict is ProofVerdict.UNKNOWN  # no other position breaks it
+
+
+def test_angles_of_known_cosine_are_exact():
+    (side, half) = judged("""
+.let bd = .acos((41.5^2 + 40.1^2 - 55.8^2)/(2*41.5*40.1));
+T : .plate Z = [0,0] R = Z + [41.5,0] S = Z + [40.1,0].r(bd);
+@0 T.Z = [10*.t,0]; T.angle = 30*.t; .claim (T.R - T.S).l = 55.8; .claim .cos(bd/2)^2 = (1 + .cos(bd))/2;
+@2
+""")
+    assert side.verdict is ProofVerdict.PROVED
+    assert half.verdict in PROVED
 
 
 def mutated(text, chance):
@@ -111,6 +155,32 @@ def test_no_mutation_that_the_film_refutes_is_proved(seed):
             found = broken.get(held.claim.number)
             if found is not None and found.worst > 1e-9 * max(map(abs, (*found.left, *found.right))):
                 assert prover.judged(held).verdict not in PROVED, text
+
+
+BAR = "Rod : .bar A = [100,200] B = A + [100,0];\n@0 Rod.A = [100,200]; Rod.angle = 60*.t;\n  {claim}\n@0.5\n"
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict", "code"),
+    [
+        (".claim (Rod.B - Rod.A).l = 100 .always;", "proved", 0),
+        (".claim Rod.B.y >= 199.9;", "true in this film", 4),
+        (".claim Rod.B.y >= 199.9 .within(0.01) .always;", "true in this film", 1),
+        (".claim Rod.B.y >= 210 .always;", "false", 1),
+        (".claim Rod.B.x <= 250 .always;", "unknown", 4),
+    ],
+)
+def test_exit_codes_and_always(tmp_path, claim, verdict, code):
+    (tmp_path / "rod.mov").write_text(BAR.format(claim=claim), encoding="utf-8")
+    done = movimentum("prove", "rod.mov", cwd=tmp_path)
+    assert (done.returncode, done.stdout.split("  ")[0].strip()) == (code, verdict)
+    assert movimentum("fmt", "--check", "rod.mov", cwd=tmp_path).returncode in (0, 1)
+
+
+def test_whole_turns_count():
+    text = BAR.format(claim=".claim Rod.angle = 60*.t + 360;")
+    motion = moved(arranged(understand(SourceText("rod.mov", text)), Choices()))
+    assert Prover(motion).judged(motion.timeline.claims[0]).verdict not in PROVED
 
 
 def test_the_command(tmp_path):

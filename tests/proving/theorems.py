@@ -93,3 +93,59 @@ Right : .bar C = [0,0] D = C + [100,0];
    .claim Link.P.x = 200 .within({within});
 @2
 """
+
+ALL_LENGTHS = {
+    "peaucellier": """
+.let L = 200; .let S = 80; .let r = 70;
+Upper : .bar  O = [60,210]   A = O + [L*.cos(15), L*.sin(15)];
+Lower : .bar  O = [60,210]   B = O + [L*.cos(15), -L*.sin(15)];
+MA    : .bar  M = [0,0]      A = M + [S*.cos(45), S*.sin(45)];
+MB    : .bar  M = [0,0]      B = M + [S*.cos(45), -S*.sin(45)];
+AP    : .bar  A = [0,0]      P = A + [S*.cos(45), -S*.sin(45)];
+BP    : .bar  B = [0,0]      P = B + [S*.cos(45), S*.sin(45)];
+Crank : .bar  Q = [60+r,210]  M = Q + [r,0];
+@0   Crank.Q = [60+r,210];    Crank.angle = 50*.sin(180*.t);
+     Upper.O = [60,210];     Lower.O = [60,210];
+     MA.M = Crank.M;         MA.A = Upper.A;        Upper.A.y > Crank.M.y;
+     MB.M = Crank.M;         MB.B = Lower.B;        Lower.B.y < Crank.M.y;
+     AP.A = Upper.A;         BP.B = Lower.B;
+     AP.P = BP.P;            AP.P.x > Upper.A.x;
+     .claim AP.P.x = 60 + (L^2 - S^2)/(2*r);
+@2   .loop;
+""",
+    "pantograph": """
+.let a = 140; .let b = 150; .let k = 2;
+OA    : .bar  O = [60,70]  B = O + [a,0]  A = O + [k*a,0];
+AQ    : .bar  A = [0,0]    C = A + [b,0] Q = A + [k*b,0];
+BP    : .bar  B = [0,0]    P = B + [b,0];
+CP    : .bar  C = [0,0]    P = C + [(k-1)*a,0];
+@0   OA.O = [60,70];
+     BP.P = [220,130] + [32 + 11*.cos(900*.t), 0].rotate(180*.t);
+     BP.B = OA.B;      OA.B.y > BP.P.y;
+     AQ.A = OA.A;
+     CP.P = BP.P;      CP.C = AQ.C;      AQ.C.x > OA.B.x + 50;
+     .claim AQ.Q - OA.O = (BP.P - OA.O)*k;
+@2   .loop;
+""",
+    # the crank passes its outer dead centre where the product of Grashof's differences is positive
+    "grashof": """
+.let a = 40; .let b = 120; .let c = 90; .let d = 110;
+Crank   : .bar A = [0,0] B = A + [a,0];
+Coupler : .bar B = [0,0] C = B + [b,0];
+Rocker  : .bar C = [0,0] D = C + [0,-c];
+@0 Crank.A = [0,0]; Crank.angle = 180; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [d,0]; Rocker.C.y > 0;
+   .claim 4*Rocker.C.y^2*(a + d)^2 = (a + d + b + c)*(b + c - a - d)*(a + d + b - c)*(a + d - b + c);
+@2
+""",
+    "heron, of a four-bar": """
+.let a = 40; .let b = 120; .let c = 90; .let d = 110;
+Crank   : .bar A = [0,0] B = A + [a,0];
+Coupler : .bar B = [0,0] C = B + [b,0];
+Rocker  : .bar C = [0,0] D = C + [0,-c];
+@0 Crank.A = [0,0]; Crank.angle = 180*.t; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [d,0]; .across(Rocker.C, Crank.B, Rocker.D) > 0;
+   u = (Crank.B - Rocker.D).l;
+   .claim (b + c - u)*(b+c+u)*(u-b+c)*(u+b-c) = 4*.across(Rocker.C, Crank.B, Rocker.D)^2*u^2;
+@2
+""",
+}
+"""Scripts whose constants are letters."""

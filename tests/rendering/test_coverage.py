@@ -12,6 +12,7 @@ from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.rendering import coverage
 from movimentum.rendering.coverage import Outline, disc, stroke
 from movimentum.rendering.shapes import part_shape
+from tests.broad import broad
 from tests.rendering.scenes import capsule, covered, truth, whole
 
 SIZE = (90, 70)
@@ -130,7 +131,7 @@ def agree(outline, inside, size=SIZE, samples=16):
 
 
 @pytest.mark.parametrize("width", [0.4, 1.0, 2.5, 7.0, 16.0])
-@pytest.mark.parametrize("degrees", [0, 7, 33, 45, 81, 90, 124, 200, 300])
+@broad("degrees", [0, 7, 33, 45, 81, 90, 124, 200, 300], every=3)
 def test_a_bar_is_as_the_truth(width, degrees):
     a = math.radians(degrees)
     p, q = (45.3 - 27 * math.cos(a), 35.6 - 27 * math.sin(a)), (45.3 + 27 * math.cos(a), 35.6 + 27 * math.sin(a))
@@ -236,7 +237,7 @@ def drawn_by_resvg(element, fine=8):
 @pytest.mark.parametrize("cap", ["round", "butt", "square"])
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("dash", [(), (7.0, 4.0), (3.0, 5.0, 9.0, 2.0)])
-@pytest.mark.parametrize("width", [0.15, 0.6, 2.0, 6.5])
+@broad("width", [0.15, 0.6, 2.0, 6.5], every=3)
 def test_lines_are_as_resvg_draws_them(width, dash, closed, cap):
     if cap == "square" and dash and width > min(dash[1::2]):
         pytest.skip("these dashes have no gaps between them, and their overlaps are counted twice")

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from movimentum.drawing.style import SLANT
 from movimentum.rendering import faces
 from movimentum.rendering.layout import laid_out, width_of
+from movimentum.rendering.off_canvas import ASIDE, UP, WIDEST
 from movimentum.rendering.outlines import text_outline
 from movimentum.rendering.painter import make_painter
 from movimentum.rendering.text import text_sprite
+from movimentum.text import PLAIN
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined
 from tests.drawing.test_outlines import rings
@@ -37,6 +40,21 @@ def test_the_font_that_ships_has_what_engineers_write(character):
     glyph = drawn(character)
     assert glyph is not None
     assert glyph.max() > 128
+
+
+def test_plain_letters_are_in_shipped_fonts_and_in_the_box_that_is_assumed_of_them():
+    letters = [chr(code) for code in range(0x2200) if PLAIN.fullmatch(chr(code))]
+    assert len(letters) > 400
+    for letter in letters:
+        assert faces.face_of(letter).name in faces.SHIPPED
+        for part in laid_out(letter):
+            left, top, right, bottom = part.face.at(1000.0).getbbox(part.text, anchor="ls")
+            # a raised, and a slanted one is drawn so much higher, and to the side
+            assert 340 - 0.7 * top <= 1000 * UP
+            assert 160 + 0.7 * bottom <= 1000 * ASIDE
+            assert part.width <= WIDEST
+            assert -left + SLANT * bottom <= 1000 * ASIDE
+            assert right - 1000 * part.width - SLANT * top <= 1000 * ASIDE
 
 
 def test_different_letters_look_different():

@@ -13,6 +13,7 @@ from movimentum.rendering import painter as painter_module
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.stream import Spool, kept_frames, pieces, thinned
 from movimentum.scene.model import AnchorRef
+from tests.broad import broad
 from tests.rendering.scenes import BLACK, disc_file, line, pixels, poses, scene, square_file, thing
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
@@ -204,7 +205,7 @@ def crowd(tmp_path, frames, seed):
     return made, poses(*paths, [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], properties=fading)
 
 
-@pytest.mark.parametrize("quality", list(Quality))
+@broad("quality", list(Quality), first=1)
 @pytest.mark.parametrize("transparent", [False, True])
 def test_what_is_told_to_change_is_all_that_changes_whatever_moves(tmp_path, quality, transparent):
     made, where = crowd(tmp_path, 24, 8)

@@ -17,6 +17,7 @@ from movimentum.repl.edit import try_statement
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, answer
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 from tests.command import movimentum
 
 ROOT = Path(__file__).parents[2]
@@ -118,14 +119,15 @@ def test_numbers_are_such_as_people_write(talk):
         assert not re.search(r"(?<![.\d])\d{10,}", said), said
 
 
-@pytest.mark.parametrize(
+@broad(
     "script",
     [
-        pytest.param("jansen", marks=pytest.mark.slow),
+        "jansen",
         "pantograph",
-        pytest.param("coupling-rods", marks=pytest.mark.slow),
+        "coupling-rods",
         "walschaerts",
     ],
+    fast=("pantograph",),
 )
 def test_a_formula_is_found_or_given_up(script, monkeypatch):
     monkeypatch.chdir(ROOT / "scripts")

@@ -14,6 +14,7 @@ from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened
 from movimentum.repl.shell import answer
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 FAR = """A : .bar P = [1e8, 50] Q = [1.00000003e8, 90];  B : .bar P = [0,0] Q = [70,0];
@@ -22,7 +23,7 @@ FAR = """A : .bar P = [1e8, 50] Q = [1.00000003e8, 90];  B : .bar P = [0,0] Q = 
 """
 
 
-@pytest.mark.parametrize("name", ["four-bar", "slider-crank", "hart", "watt", "whitworth", "oscillating-engine", "far"])
+@broad("name", ["four-bar", "slider-crank", "hart", "watt", "whitworth", "oscillating-engine", "far"], every=3)
 def test_equations_and_solutions_hold_where_things_are(name: str, tmp_path: Path) -> None:
     path = SCRIPTS / f"{name}.mov"
     if name == "far":

@@ -6,6 +6,7 @@ import math
 import pytest
 
 from movimentum.repl.shell import COMMANDS
+from tests.broad import broad
 from tests.command import CRANK, movimentum
 
 
@@ -58,9 +59,9 @@ def test_a_session_is_recorded_and_asked_again(crank, tmp_path):
     assert crank.read_text() == CRANK.replace("[20,0]", "[21,0]")
 
 
-def test_every_command_can_be_asked_without_arguments_and_with_wrong_ones(crank, tmp_path):
-    for argument in ("", " ]", " -- 9 'x", " Rod.B.x"):
-        lines = "\n".join(f"{name}{argument}" for name in COMMANDS if name not in ("edit",))
-        done = movimentum("repl", crank, stdin=lines, cwd=tmp_path)
-        assert done.returncode in (0, 1)
-        assert "repl/failed" not in done.stdout
+@broad("argument", [" ]", "", " -- 9 'x", " Rod.B.x"], first=1)
+def test_every_command_can_be_asked_without_arguments_and_with_wrong_ones(crank, tmp_path, argument):
+    lines = "\n".join(f"{name}{argument}" for name in COMMANDS if name not in ("edit",))
+    done = movimentum("repl", crank, stdin=lines, cwd=tmp_path)
+    assert done.returncode in (0, 1)
+    assert "repl/failed" not in done.stdout

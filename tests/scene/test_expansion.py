@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import movimentum as mv
 from movimentum.errors import MovimentumError, UsageError
+from tests.broad import broad
 
 STAGES = """
 .part Stage(len = 120) {
@@ -118,7 +119,7 @@ def plain_linkage() -> mv.Motion:
     return mv.loads(FOUR_BAR + "A : Linkage(); @0 @3").solve()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.floats(-300, 300), st.floats(-300, 300), st.floats(-180, 180), st.booleans(), st.booleans())
 def test_a_placed_copy_moves_like_the_part_carried_along(
     x: float, y: float, turned: float, mirrored: bool, nested: bool
@@ -147,6 +148,21 @@ def test_a_placed_copy_moves_like_the_part_carried_along(
         np.testing.assert_allclose(placed[f"{name}.{measure}"], plain[f"A.{measure}"], atol=1e-8)
     for vector in ("middle", "seen"):
         np.testing.assert_allclose(placed[f"{name}.{vector}"], plain[f"A.{vector}"], atol=1e-7)
+
+
+@pytest.mark.parametrize("right", ["[30, 80 -> 20]", "[5*.t -> 40, 7]", "[1 -> 2, 3 -> -4*.t]"])
+@pytest.mark.parametrize("placed", ["", ".at([9,5]) .turned(35) .mirrored"])
+def test_a_component_that_moves_is_the_eased_vector(right: str, placed: str) -> None:
+    def ends(k: int) -> str:
+        return f"[{', '.join(part.split('->')[k * (len(part.split('->')) - 1)] for part in right[1:-1].split(','))}]"
+
+    def path(said: str) -> np.ndarray:
+        text = (
+            f".part Lift {{ Cup : .bar H=[0,0] G=[9,0]; @0 Cup.H = {said}; Cup.angle = 0; }} @0 @2 A : Lift() {placed};"
+        )
+        return mv.loads(text).solve().at([0, "1/3", 1, 2])["A.Cup.H"]
+
+    np.testing.assert_allclose(path(right), path(f"{ends(0)} + ({ends(1)} - {ends(0)})*.ease(.s)"), atol=1e-12)
 
 
 def test_a_statement_of_a_placed_copy_keeps_its_key() -> None:
@@ -300,7 +316,7 @@ HUGE = {
 }
 
 
-@pytest.mark.parametrize("name", HUGE)
+@broad("name", HUGE, fast=("deep parts", "loops in loops", "a range", "long text", "an array"))
 def test_what_would_be_huge_is_refused(name: str) -> None:
     with pytest.raises(MovimentumError, match="limit/"):
         mv.loads(HUGE[name])

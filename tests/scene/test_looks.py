@@ -8,8 +8,8 @@ import pytest
 import movimentum as mv
 from movimentum.analysis.live import with_numbers
 from movimentum.drawing.texts import number_text, written
-from movimentum.scene.looks import THEMES
 from movimentum.scene.model import AnchorRef
+from movimentum.scene.themes import THEMES
 from tests.understand import scene_of
 
 BARS = """.config(10, 400, 300)%s;

@@ -11,6 +11,7 @@ from movimentum.planning.blocks.kinds import simultaneous
 from movimentum.solver.block.newton import newton, step_of
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
+from tests.broad import broad
 from tests.solver.scenes import motion_of
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
@@ -34,7 +35,7 @@ def problems(name):
     return found
 
 
-@pytest.mark.parametrize("name", WITH_NEWTON)
+@broad("name", WITH_NEWTON, fast=("stephenson",))
 def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name):
     count = 0
     for problem, x, state in problems(name):
@@ -69,7 +70,7 @@ def test_some_instants_of_a_problem_are_as_in_the_whole(name):
         )
 
 
-@pytest.mark.parametrize("limit", [None, 0.5])
+@broad("limit", [None, 0.5], first=1)
 @pytest.mark.parametrize("name", ["stephenson", "walschaerts", "locomotive"])
 def test_no_start_depends_on_the_others(name, limit):
     """Those that have arrived are left out, and nothing that is left feels it."""

@@ -20,6 +20,7 @@ from movimentum.solver.solver import solve
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read as read_script
 from movimentum.workflow.stages import arranged, moved, understand
+from tests.broad import broad
 from tests.understand import timeline_of
 
 ROOT = Path(__file__).parents[2]
@@ -258,7 +259,7 @@ FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(7, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("path", [path for path in GALLERY if path.stem not in FREE], ids=lambda path: path.stem)
+@broad("path", [path for path in GALLERY if path.stem not in FREE], every=5, ids=lambda path: path.stem)
 def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch):
     monkeypatch.chdir(ROOT)
     choices = Choices()

@@ -212,6 +212,7 @@ def test_files_that_are_no_tables(tmp_path: Path) -> None:
         assert caught.value.diagnostics[0].code == code
 
 
+@pytest.mark.slow
 def test_a_million_rows(tmp_path: Path) -> None:
     x = np.arange(1_000_000) * 1e-5
     np.savetxt(tmp_path / "t.csv", np.column_stack([x, np.sin(x)]), "%.12g", ",", header="x,lift", comments="")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 HEAD = """.config(20,400,300);
 Crank : .bar C=[100,50] P=C+{along};
@@ -39,7 +40,7 @@ SCENES = [(80, 0, 90, 4), (12.3, 30, 90, 7.3), (80, 217, -47, 4), (1700, 90, 90,
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("bound", ["x >= 0", "2*x >= 0; x/3 + 5 >= 5", "(Rod.B - Crank.P).l >= {length}"])
+@broad("bound", ["x >= 0", "2*x >= 0; x/3 + 5 >= 5", "(Rod.B - Crank.P).l >= {length}"], every=2)
 def test_a_slider_stops_at_the_bound_that_it_touches(scene, bound):
     length, _, turn, end = scene
     script = mv.loads(filled(HEAD, *scene, bound))

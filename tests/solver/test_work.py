@@ -215,6 +215,7 @@ def test_more_free_motions_than_are_looked_for_first() -> None:
     assert np.abs(rows @ found.free).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_circles_that_are_one_all_the_time_are_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a scissor lift, each stage of which may be folded onto itself: what rounding makes of that is no motion."""
     nearest = counted(monkeypatch, coincidences, "_nearest")

@@ -138,6 +138,7 @@ def test_the_seeds_ways_by_keys(opened: Opened) -> None:
     press("Control+z")
     tab.until("Object.keys(s.anchors).includes('AB.A')")
     # a linkage file: written, listed, opened
+    tab.testid("menu").click()
     tab.testid("export").click()
     tab.testid("dialog-ok").click()
     wait_for((tab.studio.folder / "drawn.txt").exists)

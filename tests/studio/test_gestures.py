@@ -55,7 +55,7 @@ def test_a_four_bar_from_nothing() -> None:
     text = used(text, "fix", ("D.P",), ((0, 0),))
     text = used(text, "attract", ("C.P",), ((400.2, 200),))
     assert text == (
-        ".config(24, 640, 480);\n\n"
+        ".config(24, 640, 480) .theme('textbook');\n\n"
         "A : .disc(4)  P = [100, 100];\n"
         "B : .disc(4)  P = [150, 200];\n"
         "C : .disc(4)  P = [300, 220];\n"

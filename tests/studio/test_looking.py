@@ -157,6 +157,7 @@ def test_claims_velocities_traces_and_copies_on_the_page(opened: Opened) -> None
     # a browser that refuses is told about, and what to do instead
     refusal = "Promise.reject(new DOMException('no', 'NotAllowedError'))"
     tab.page.evaluate(f"() => {{ navigator.clipboard.write = () => {refusal}; }}")
+    tab.testid("menu").click()
     tab.testid("copy-png").click()
     tab.page.wait_for_function(
         "() => document.querySelector('[data-testid=told]').textContent.startsWith('Not copied')"

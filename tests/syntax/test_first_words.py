@@ -19,7 +19,7 @@ BAR = "R : .bar A=[0,0] B=[9,0]"
         (f"{BAR}; @0 if (R.A.x > 3) R.angle = 4;", "{ .t < 3 : 4; 5 }"),
         (f"{BAR}; @0 R.angle = if (.t > 3) 4 else 5;", "{ .t < 3 : 4; 5 }"),
         (f"{BAR}; @0 R.angle = .t > 3 ? 4 : 5;", "{ .t < 3 : 4; 5 }"),
-        (f"{BAR}; L : .rope R.A R.B; @0", "write `.line`, such as `Name : .line A.P B.Q;`"),
+        (f"{BAR}; L : .rope R.A R.B; @0", "write `.cord`, such as `Name : .cord A.P Wheel B.Q;`"),
         (f"{BAR}; L : .plot(R.A.x) at=[0,0]; @0", "write `.graph`"),
         ("f(x) = x^2; @0", "no functions of one's own"),
         (f"{BAR}; @0 speed(t, u) = 3;", "no functions of one's own"),

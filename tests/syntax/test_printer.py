@@ -266,14 +266,14 @@ def assert_comes_back(tree) -> None:
 
 
 @given(expressions)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_expressions_come_back(tree) -> None:
     assert_comes_back(tree)
 
 
 @pytest.mark.slow
 @given(expressions)
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=250, deadline=None)
 def test_many_expressions_come_back(tree) -> None:
     assert_comes_back(tree)
 
@@ -282,14 +282,14 @@ trees = st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found)))
 
 
 @given(trees)
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 
 
 @pytest.mark.slow
 @given(trees)
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=125, deadline=None)
 def test_many_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 

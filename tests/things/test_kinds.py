@@ -17,9 +17,10 @@ from movimentum.drawing.symbols import CAPTIONS, SYMBOLS
 from movimentum.syntax.grammar import grammar_text
 from movimentum.things.kind import ThingKind
 from movimentum.things.registry import KINDS, SHAPES, kind_of
+from tests.broad import broad
 from tests.command import ROOT
 
-MARKS = {"sprite", "arrow", "label", "trace", "graph", "velocities", "polode", "skeleton"}
+MARKS = {"sprite", "arrow", "label", "trace", "graph", "velocities", "polode", "skeleton", "group", "inset"}
 """Kinds that are drawn by a mark of their own."""
 
 
@@ -31,14 +32,16 @@ def test_the_grammar_has_the_words_of_all_kinds() -> None:
 @pytest.mark.parametrize("kind", KINDS.values(), ids=str)
 def test_every_kind_says_what_it_is_and_is_drawn(kind: ThingKind) -> None:
     assert kind.anchors is not None or kind.points is not None or kind.wholes is not None
-    own = kind.anchors is not None or kind.word in ("trace", "polode", "skeleton")
+    own = kind.anchors is not None or kind.word in ("trace", "polode", "skeleton", "group")
     assert (kind.word in FIGURES) + (kind.word in MARKS) == own
     follows = kind.points is not None and kind.word != "trace"
-    about = kind.wholes is not None and kind.word not in MARKS
-    assert (kind.word in SYMBOLS) == (follows or kind.valued > 0 or about)
+    about = kind.wholes is not None and kind.word not in MARKS and kind.word not in FIGURES
+    assert (kind.word in SYMBOLS) == (follows or (kind.valued > 0 and kind.word != "inset") or about)
     fields = getattr(kind.own, "__slots__", ())
     said = {rule.key for each in KINDS.values() if each.own is kind.own for rule in (*each.options, *each.arguments)}
-    assert set(fields) - {"image", "image_size"} <= said, "what only such kinds have, a definition can say"
+    assert set(fields) - {"image", "image_size", "radii", "outline"} <= said, (
+        "what only such kinds have, a definition can say"
+    )
 
 
 def test_what_only_one_kind_has_comes_from_its_options() -> None:
@@ -142,7 +145,7 @@ def test_the_recipe_for_a_kind_of_thing_makes_one(with_a_star: Path) -> None:
     assert "<path" in (with_a_star / "a.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
+@broad(
     ("wrong", "told"),
     [
         (("star(5)", "stra(5)"), "did you mean `.star`?"),
@@ -151,6 +154,7 @@ def test_the_recipe_for_a_kind_of_thing_makes_one(with_a_star: Path) -> None:
         ((".radius(40)", ".coils(4)"), "a `.star` takes no `.coils`"),
         (("C = [50,50] .", "."), "a `.star` needs at least 1 anchor"),
     ],
+    first=1,
 )
 def test_messages_know_the_new_kind(with_a_star: Path, wrong: tuple[str, str], told: str) -> None:
     done = with_the_star(with_a_star, "check", text=SCRIPT.replace(*wrong))

@@ -1,7 +1,6 @@
 """Variants in which something runs away come out as they do one by one."""
 
 import numpy as np
-import pytest
 
 from movimentum.source import SourceText
 from movimentum.variants.axes import Axis, VariantGrid
@@ -9,6 +8,7 @@ from movimentum.variants.measures import read_measures
 from movimentum.variants.single import Variants
 from movimentum.variants.sweep import SweepJob
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 
 PIN = """.config(10, 60, 40); .let S = 5; Arm : .bar O=[0,0] A=[60,20]; Pin : .disc(4) C=[20,100];
 @0 Arm.O=[0,0]; Arm.angle=S+40*.t; Pin.C=[_,100]; .across(Pin.C,Arm.O,Arm.A)=0; @2"""
@@ -21,7 +21,7 @@ FIRST = {  # which variants bind, and when: the closed form
 }
 
 
-@pytest.mark.parametrize("text", [PIN, DYAD, FORMULA])
+@broad("text", [PIN, DYAD, FORMULA], first=1)
 def test_what_runs_away_is_the_same_one_by_one(text):
     source, names = SourceText("a.mov", text), ("S",)
     values = np.linspace(5.0, 160.0, 24)[:, None]

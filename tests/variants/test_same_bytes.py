@@ -54,7 +54,8 @@ def in_parts(job: SweepJob, generator: np.random.Generator) -> list[bytes]:
     [
         (FOUR_BAR, ("R", "L"), [20.0, 90.0], [60.0, 160.0], 150),
         (FOUR_BAR, ("R",), [20.0], [60.0], 40),
-        (LOOP, ("W", "H"), [-20.0, -20.0], [20.0, 20.0], 48),
+        (LOOP, ("W", "H"), [-20.0, -20.0], [20.0, 20.0], 6),
+        pytest.param(LOOP, ("W", "H"), [-20.0, -20.0], [20.0, 20.0], 48, marks=pytest.mark.slow),
     ],
 )
 def test_rows_do_not_depend_on_their_company(text, names, low, high, count):

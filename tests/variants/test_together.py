@@ -17,6 +17,7 @@ from movimentum.variants.single import Variants
 from movimentum.variants.sweep import SweepJob
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
+from tests.broad import broad
 from tests.command import ROOT
 
 from .edited import varied
@@ -60,7 +61,7 @@ def compared(name: str, seed: int, spread: float, count: int, each: int = 1) -> 
 
 
 @pytest.mark.parametrize("each", [4, pytest.param(1, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", DYADS)
+@broad("name", DYADS, fast=("four-bar", "trammel"))
 def test_dyads_are_solved_together(name, each):
     family = compared(name, 0, 0.05, 16, each)
     assert family.together > family.alone, family.reasons
@@ -92,7 +93,8 @@ K1 : .bar P=[0,0] Q=[40,0];  K2 : .bar P=[0,0] Q=[40,0];  K3 : .bar P=[0,0] Q=[4
 """
 
 
-@pytest.mark.parametrize("each", [7, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("each", [7, 3])
 def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion(each):
     script = mv.loads(TRIAD)
     measure = {"x": ".range(Plat.A.x)", "turn": ".max(Plat.angle)", "mean": ".mean(R1.angle)"}
@@ -202,7 +204,7 @@ FAMILIES = {
 }
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@broad("name", FAMILIES, every=2)
 def test_families_are_solved_together_as_they_are_one_by_one(name):
     text, ranges, measures = FAMILIES[name]
     source, names = mv.loads(text).source, tuple(ranges)

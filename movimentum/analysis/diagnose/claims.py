@@ -24,6 +24,8 @@ from movimentum.tolerances import CLAIM_MET, CLAIM_NEARLY_MET, NEXT_ROUND
 
 CHUNK = 8192
 HALVINGS = 60
+BETWEEN, MOST_PEAKS, ZOOMED = 4, 40, 16
+"""Of claims about gaps: instants in each interval of the grid; narrow places that are looked at closely; how often."""
 AT_MOST = 50_000
 """Instants between the frames at which claims are looked at in one segment: each costs ten microseconds."""
 
@@ -51,10 +53,12 @@ class Broken:
     failing: tuple[tuple[int, int], ...] = ()
 
 
-def broken_claims(motion: PathMotion) -> Iterator[Broken]:
-    """The claims of the timeline that do not hold, in the order written. Times without a solution are not judged."""
+def broken_claims(motion: PathMotion, claims: Sequence[HeldClaim] | None = None) -> Iterator[Broken]:
+    """The claims of the timeline (or these) that do not hold, in the order written. Times without a solution are not
+    judged.
+    """
     timeline = motion.timeline
-    judges = [_Judge(motion, held) for held in timeline.claims]
+    judges = [_Judge(motion, held) for held in (timeline.claims if claims is None else claims)]
     if not judges:
         return
     for first in range(0, timeline.frame_count, CHUNK):
@@ -69,6 +73,9 @@ def broken_claims(motion: PathMotion) -> Iterator[Broken]:
         poses = motion.poses_at(times)
         for judge in judges:
             judge.look(poses, times)
+    for judge in judges:
+        if ".gap(" in "".join(judge.held.claim.told) and judge.held.claim.relation is not Relation.EQUAL:
+            judge.look_between(grid)
     yield from (found for judge in judges if (found := judge.verdict()) is not None)
 
 
@@ -146,6 +153,33 @@ class _Judge:
         top = int(bad[np.argmax(np.where(np.isfinite(off[bad]), off[bad], np.inf))])
         if not off[top] <= self.worst:
             self.worst, self.worst_time = float(off[top]), times[top]
+
+    def look_between(self, grid: Sequence[Fraction]) -> None:
+        """Look where the sides come nearest to each other between these instants: outlines pass each other quickly."""
+        inside = np.array([float(time) for time in grid if self.held.covers(time)])
+        if len(inside) < 2:
+            return
+        parts = np.arange(BETWEEN) / BETWEEN
+        tau = np.append((inside[:-1, None] + np.diff(inside)[:, None] * parts).ravel(), inside[-1])
+        off = self._off(tau)
+        peaks = np.nonzero((off[1:-1] >= off[:-2]) & (off[1:-1] >= off[2:]))[0] + 1
+        peaks = peaks[np.argsort(-off[peaks], kind="stable")[:MOST_PEAKS]]
+        low, high, best = tau[peaks - 1], tau[peaks + 1], tau[peaks]
+        for _ in range(ZOOMED if len(peaks) else 0):
+            times = low[:, None] + (high - low)[:, None] * (np.arange(7) / 6.0)
+            found = self._off(times.ravel()).reshape(times.shape)
+            k, rows = np.argmax(found, axis=1), np.arange(len(times))
+            best = times[rows, k]
+            low, high = times[rows, np.maximum(k - 1, 0)], times[rows, np.minimum(k + 1, 6)]
+        exactly = sorted({Fraction(time) for time in best.tolist()})
+        self.look(self.motion.poses_at(exactly), exactly)
+
+    def _off(self, tau: FloatArray) -> FloatArray:
+        """(F,): by how much the claim is off at times; -inf where there is no solution."""
+        times, back = np.unique(tau, return_inverse=True)
+        poses = self.motion.poses_at([Fraction(time) for time in times.tolist()])
+        off = off_by(self.held.claim, self.read(poses))
+        return np.where(poses.solved & np.isfinite(off), off, -np.inf)[back]
 
     def verdict(self) -> Broken | None:
         if self.fails is None:

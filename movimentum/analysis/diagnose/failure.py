@@ -37,6 +37,7 @@ begins.
 """
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
+_MISSED = "nothing proves that there is none: the search may have missed it"
 MOST_COPIES = 2
 """Of one definition: for so many of its copies, the last and the first, another length is offered."""
 
@@ -155,8 +156,11 @@ def _no_beginning(
     if past and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
-        if selectors and all(part.complete for part in selection.parts):
+        if selectors:
             told = _left_nothing(motion, segment_motion, trouble, 0.0)
+            if not all(part.complete for part in selection.parts):
+                message = told.message.replace("no solution satisfies", "no solution that was found satisfies")
+                return replace(told, code="solve/not-converged", message=message, notes=(*told.notes, _MISSED)), 3
             return told, 1 if told.code == "constraint/conflict" else 3
         return _not_found(segment_motion, selection), 3
     from movimentum.analysis.diagnose.conflict import told
@@ -343,7 +347,7 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
         message=f"no solution was found at t = {_at(segment_motion, 0.0)}",
         span=span,
         notes=(
-            "nothing proves that there is none: the search may have missed it",
+            _MISSED,
             f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),

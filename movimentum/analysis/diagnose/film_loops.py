@@ -72,7 +72,7 @@ def _seam(worst: _Difference, motion: PathMotion) -> Diagnostic:
     if np.radians(abs(worst.turn)) > LOOKS_SAME:
         parts.append(f"turned by {number(worst.turn)} degrees")
     if worst.looks > LOOKS_SAME:
-        parts.append("of another colour or opacity, or not there")
+        parts.append("of another colour, opacity or size, or not there")
     return Diagnostic(
         code="loop/seam",
         severity=Severity.WARNING,
@@ -91,7 +91,8 @@ def _farthest(poses: Poses, i: int, k: int, things: list[Thing], size: float) ->
 def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
     t = thing.number
     if not (poses.visible[t, i] and poses.visible[t, k]):
-        return _Difference(thing, 0.0, 0.0, float(poses.visible[t, i] != poses.visible[t, k]))
+        switched = (t, "visible") in poses.properties  # which is at once wherever it is
+        return _Difference(thing, 0.0, 0.0, float(poses.visible[t, i] != poses.visible[t, k] and not switched))
     points = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
     worlds = [poses.world(t, point) for point in points]
     distance = max(float(np.hypot(*(where[k] - where[i]))) for where in worlds)
@@ -100,8 +101,8 @@ def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
     turn = _seen_turn(thing, turn)
     looks = 0.0
     for (of, name), values in poses.properties.items():
-        if of == t:
-            looks = max(looks, abs(float(values[k] - values[i])) / (1.0 if name == "opacity" else 255.0))
+        if of == t and name not in ("visible", "layer"):
+            looks = max(looks, abs(float(values[k] - values[i])) / (1.0 if name in ("opacity", "scale") else 255.0))
     return _Difference(thing, distance, turn, looks)
 
 

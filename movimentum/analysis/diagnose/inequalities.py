@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.planning.codegen.numeric import atan2d
+from movimentum.expressions.arrays import atan2d
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass

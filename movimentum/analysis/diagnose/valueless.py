@@ -79,7 +79,7 @@ def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
 def empty_graphs(motion: PathMotion) -> Iterator[Diagnostic]:
     """A warning for each graph that has no value in the whole film, so that there is nothing to draw."""
     timeline = motion.timeline
-    graphs = [thing for thing in timeline.scene.things if thing.values and not thing.hidden]
+    graphs = [thing for thing in timeline.scene.things if thing.kind.valued and thing.values and not thing.hidden]
     if not graphs:
         return
     from movimentum.analysis.live import shown_values  # only graphs need it

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -170,38 +171,66 @@ def _obstacle(segment_motion: SegmentMotion, unknown: int, block: int | None) ->
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 
 
+@dataclass(frozen=True, slots=True)
+class ThingPlacement:
+    """Where a thing's local origin is in the world ("x", "y"), and how it is turned (the cosine "c", the sine "s")."""
+
+    thing: int
+    part: str
+
+
 def lowered_in(segment_motion: SegmentMotion, expression: Expr) -> Expr | Obstacle:
     """An expression of the scene over the plan's unknowns; parts that the plan does not know stay as they are."""
-    from movimentum.expressions import add, const, mul, sub, substitute, symbol
+    from movimentum.expressions import ZERO, add, call, const, mul, sub, substitute, symbol
     from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 
     system = segment_motion.plan.system
     get = system.number_of.get
     base = segment_motion.base.now
     for payload in symbols(expression):
-        if not isinstance(payload, AnchorCoordinate | ThingAngle) and get(payload) is None:
+        if not isinstance(payload, AnchorCoordinate | ThingAngle | ThingPlacement) and get(payload) is None:
             return Obstacle(None, f"nothing is solved for `{payload}` in this step")
+
+    def point(number: int, axis: int, coordinates: tuple[Expr, Expr], local: tuple[float, float]) -> Expr:
+        x, c, s = (get(kind(number)) for kind in ((PoseX, PoseY)[axis], PoseCos, PoseSin))
+        if x is None:
+            pose, (u, v) = base.things[number], coordinates
+            turned = ((pose.c, -pose.s), (pose.s, pose.c))[axis]
+            return add(const((pose.x, pose.y)[axis]), add(mul(const(turned[0]), u), mul(const(turned[1]), v)))
+        u, v = system.frame(number).stated(coordinates, local)
+        here = add(symbol(x), const(system.shift[axis]))
+        angle = get(ThingAngle(number))
+        if c is not None and s is not None:
+            cosine, sine = symbol(c), symbol(s)
+        elif angle is not None and (u, v) != (ZERO, ZERO):
+            cosine, sine = call("cosd", symbol(angle)), call("sind", symbol(angle))
+        else:
+            return add(here, (u, v)[axis])
+        if axis == 0:
+            return add(here, sub(mul(u, cosine), mul(v, sine)))
+        return add(here, add(mul(u, sine), mul(v, cosine)))
+
+    def placed(payload: ThingPlacement) -> Expr:
+        if payload.part in "xy":
+            return point(payload.thing, "xy".index(payload.part), (ZERO, ZERO), (0.0, 0.0))
+        c, s = get(PoseCos(payload.thing)), get(PoseSin(payload.thing))
+        if c is None or s is None:
+            angle = get(ThingAngle(payload.thing))
+            if angle is not None:
+                return call("cosd" if payload.part == "c" else "sind", symbol(angle))
+            pose = base.things[payload.thing]
+            return const(pose.c if payload.part == "c" else pose.s)
+        return system.frame(payload.thing).turn_of(symbol(c), symbol(s))["cs".index(payload.part)]
 
     def leaf(node: Expr) -> Expr | None:
         if node.op != "symbol":
             return None
         payload = node.payload
+        if isinstance(payload, ThingPlacement):
+            return placed(payload)
         if isinstance(payload, AnchorCoordinate):
-            thing = system.scene.things[payload.thing]
-            anchor = thing.anchors[payload.anchor]
-            x, c, s = (get(kind(payload.thing)) for kind in ((PoseX, PoseY)[payload.axis], PoseCos, PoseSin))
-            if x is None:
-                pose = base.things[payload.thing]
-                local = anchor.local
-                world = (pose.x + pose.c * local[0] - pose.s * local[1], pose.y + pose.s * local[0] + pose.c * local[1])
-                return const(world[payload.axis])
-            u, v = system.frame(payload.thing).stated(anchor.coordinates, anchor.local)
-            here = add(symbol(x), const(system.shift[payload.axis]))
-            if c is None or s is None:
-                return add(here, (u, v)[payload.axis])
-            if payload.axis == 0:
-                return add(here, sub(mul(u, symbol(c)), mul(v, symbol(s))))
-            return add(here, add(mul(u, symbol(s)), mul(v, symbol(c))))
+            anchor = system.scene.things[payload.thing].anchors[payload.anchor]
+            return point(payload.thing, payload.axis, anchor.coordinates, anchor.local)
         number = get(payload)
         return (
             const(base.things[payload.thing].angle)
@@ -239,8 +268,9 @@ def _decimal(value: float | None) -> str:
     return short if value is not None and abs(float(short) - value) <= SHORT_NUMBER * abs(value) else repr(value)
 
 
-def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
-    """An expression in SymPy's terms, angles in radians inside; ``leaf`` gives symbols, signs and clocks.
+def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | None = None) -> Any:
+    """An expression in SymPy's terms, angles in radians inside; ``leaf`` gives symbols, signs and clocks, and ``made``
+    keeps what was made with it.
 
     A number becomes the decimal of which it is the nearest float (or almost: 134.99999999999994 becomes 135), or the
     operation from which it was folded.
@@ -248,11 +278,16 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     import sympy as library
 
     sympy: Any = library
-    functions = column(_Formulas(sympy))
-    made: dict[Expr, Any] = {}
+    made = {} if made is None else made
+    if root in made:
+        return made[root]
+    functions = _functions()
     for node in walk(root):
+        if node in made:
+            continue
         if node.op == "const":
-            made[node] = sympy.Rational(_decimal(node.value)) if node.origin is None else to_sympy(node.origin, leaf)
+            origin = node.origin
+            made[node] = sympy.Rational(_decimal(node.value)) if origin is None else to_sympy(origin, leaf, made)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
         else:
@@ -261,13 +296,20 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any]) -> Any:
     return made[root]
 
 
+@cache
+def _functions() -> dict[str, Callable[..., Any]]:
+    import sympy
+
+    return column(_Formulas(sympy))
+
+
 class _Formulas:
     """The arithmetic of SymPy's expressions (`expressions.operations.column`)."""
 
     def __init__(self, sympy: Any) -> None:
         self.sympy, self.degree = sympy, sympy.pi / 180
         self.number = sympy.Integer
-        self.sqrt, self.exp, self.ln, self.abs = sympy.sqrt, sympy.exp, sympy.log, sympy.Abs
+        self.exp, self.ln, self.abs = sympy.exp, sympy.log, sympy.Abs
         self.floor, self.mod, self.min = sympy.floor, sympy.Mod, sympy.Min
         self.sind, self.cosd, self.tand = map(self._of_degrees, (sympy.sin, sympy.cos, sympy.tan))
         self.asind, self.acosd, self.atand = map(self._in_degrees, (sympy.asin, sympy.acos, sympy.atan))
@@ -277,6 +319,12 @@ class _Formulas:
 
     def _in_degrees(self, function: Any) -> Callable[[Any], Any]:
         return lambda a: function(a) / self.degree
+
+    def sqrt(self, a: Any) -> Any:
+        """The root of a; of a long fraction as a decimal, which SymPy need not factor."""
+        if a.is_Rational and max(abs(a.p), a.q) >= LONG_INTEGER**2:
+            a = self.sympy.Float(a, 30)
+        return self.sympy.sqrt(a)
 
     def div(self, a: Any, b: Any) -> Any:
         """a / b."""

@@ -19,6 +19,9 @@ from movimentum.planning.codegen.writing import TWO, CodeShape, Compiled, Place,
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.tolerances import MODERATE
 
+HELD = frozenset({"table", "nearest", "nearest-turned"})
+"""Operations with something that belongs to them: code takes it as a parameter."""
+
 
 class Clocks:
     """Numbers the clocks (by their start) that a plan's code reads; ``starts`` are numbered already."""
@@ -59,7 +62,7 @@ class Flattening:
                 if node not in value_of:
                     value_of[node] = len(instructions)
                     if node.args:
-                        payload = node.payload if node.op != "table" else self.place("table", node.payload)
+                        payload = self.place("table", node.payload) if node.op in HELD else node.payload
                         instructions.append((node.op, payload, *[value_of[arg] for arg in node.args]))
                     else:
                         instructions.append(self._leaf(node))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-from movimentum.planning.codegen.numeric import NAMESPACE, ON_ARRAYS
+from movimentum.expressions.arrays import NAMESPACE, ON_ARRAYS
 from movimentum.records import dataclass
 
 Compiled = Callable[..., tuple[Any, ...]]
@@ -174,9 +174,9 @@ class _CodeWriter:
                     _, x = _split(a[0])
                     return self._local(f"{x} * {x}")
                 return self._local(f"pow({a[0]}, {payload!r})")
-            case "table":
+            case "table" | "nearest" | "nearest-turned":
                 assert isinstance(payload, Place)
-                return self._local(f"table({a[0]}, {self._token(payload)})")
+                return self._local(f"{op.replace('-', '_')}({', '.join(a)}, {self._token(payload)})")
             case "self-difference":
                 return f"({a[0]} - {a[0]})"
             case _ if op in ON_ARRAYS:

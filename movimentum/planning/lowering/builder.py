@@ -42,10 +42,10 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
     unknown_number,
 )
+from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.scene.model import (
     AnchorCoordinate,
     Anonymous,
-    Bearing,
     Constraint,
     Relation,
     Scene,
@@ -128,6 +128,8 @@ class SystemBuilder:
             return self._integral(node)
         if node.op == "derivative":
             return self.total_derivative(self.memo[node.args[0]])
+        if node.op in ("nearest", "nearest-turned"):
+            return self._followed(node)
         if node.op != "symbol":
             return None
         payload = node.payload
@@ -158,13 +160,11 @@ class SystemBuilder:
                 raise TypeError(payload)
 
     def _bearing(self, bearing: Bearing) -> Expr:
-        """A direction between two anchors: an unknown that follows them, or (``rolling``) may determine them."""
+        """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
         number = self.unknown(bearing, symbol_name(self.scene, bearing))
-        ends = ((AnchorCoordinate(p.thing, p.anchor, axis) for axis in (0, 1)) for p in (bearing.start, bearing.end))
-        (x0, y0), (x1, y1) = ([self.lower(symbol(coordinate)) for coordinate in each] for each in ends)
-        seen = call("atan2d", sub(y1, y0), sub(x1, x0))
+        seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))
         assert self.constraint is not None
         if self.rolling:
             self._equate(seen, symbol(number), self.constraint.number)
@@ -180,6 +180,36 @@ class SystemBuilder:
             )
         )
         return symbol(number)
+
+    def _face_contacts(self, constraint: Constraint) -> None:
+        """Directions of things as parts of their poses, where contacts read them as those of angles."""
+        for payload in symbols(*constraint.left, *constraint.right):
+            if isinstance(payload, ThingAngle):
+                frame = self.frames[payload.thing]
+                turned = frame.turn_of(self.pose(payload.thing, PoseCos), self.pose(payload.thing, PoseSin))
+                for op, value in zip(("cosd", "sind"), turned, strict=True):
+                    self.memo[Expr(op, (symbol(payload),))] = value
+
+    def _followed(self, node: Expr) -> Expr | None:
+        """A place of contact, an unknown that is followed along the path; None where it is only read."""
+        from movimentum.outlines.nearest import LONGER, Nearest, rows  # few scripts have contacts
+
+        touch = node.payload
+        assert isinstance(touch, Nearest)
+        if self.constraint is None or not self.constraint.touches:
+            return None
+        if touch.which == LONGER:
+            return ONE
+        payload = ContactPlace(touch, node.args)
+        if payload in self.number_of:
+            return symbol(self.number_of[payload])
+        names = ["of contact"] if touch.count == 1 else ["of contact", "of contact there"]
+        both = [ContactPlace(touch.other(k), node.args) for k in range(touch.count)]
+        places = tuple(symbol(self.unknown(each, name)) for each, name in zip(both, names, strict=True))
+        for row in rows(touch, tuple(self.memo[arg] for arg in node.args), places):
+            row = self._gathered(row)
+            self.add_equation(row, self._form(row), self.constraint.number)
+        return places[touch.which]
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -277,6 +307,8 @@ class SystemBuilder:
         """Add what a constraint demands."""
         self.constraint = constraint
         self.memo = {}  # integrals belong to their constraint
+        if constraint.touches:
+            self._face_contacts(constraint)
         pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
         match constraint.relation:
             case Relation.EQUAL:

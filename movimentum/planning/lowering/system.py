@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
+from movimentum.cancellation import look
 from movimentum.expressions import (
     ONE,
     Expr,
@@ -49,6 +50,7 @@ def build_system(
     )
     builder.number_poses()
     for constraint in segment.active:
+        look()
         builder.constrain(constraint)
     return _finished(builder)
 
@@ -104,6 +106,7 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
     """
     builder = _reopened(system)
     for t in system.mentioned():
+        look()
         thing = system.scene.things[t]
         c, s = system.number_of.get(PoseCos(t)), system.number_of.get(PoseSin(t))
         angle = system.number_of.get(ThingAngle(t))

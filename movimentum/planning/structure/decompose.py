@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from movimentum.cancellation import look
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, Rate
 from movimentum.planning.structure.graph import groups, in_order, maximum_matching, reachable, strong_components
@@ -43,6 +44,7 @@ def decompose(
     ones included: the fallback for what is singular by its geometry although its structure looks sound. Rates connect
     nothing: they are found by themselves.
     """
+    look()
     equations = sorted(system.equations, key=lambda e: (e.priority, len(e.unknowns), e.number))
     held: list[Group] = []
     if merged:

@@ -9,6 +9,8 @@ from collections import deque
 from collections.abc import Sequence, Set
 from heapq import heapify, heappop, heappush
 
+from movimentum.cancellation import look
+
 
 def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[int], list[int]]:
     """A maximum matching of rows to columns; ``rows[i]`` lists the columns that row i may take.
@@ -22,6 +24,7 @@ def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[
     closed: set[int] = set()  # rows from which no free column can be reached, now or later
     for start in range(len(rows)):
         if of_row[start] < 0:
+            look()
             path, came, _ = _alternating(rows, of_column, start, closed)
             if not path:
                 closed |= came.keys()

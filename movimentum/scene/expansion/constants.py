@@ -7,6 +7,7 @@ from itertools import repeat
 
 from movimentum.diagnostics import Label, replacement
 from movimentum.scene.constants import exact_value
+from movimentum.scene.cords import CORD
 from movimentum.scene.expansion.placement import stated
 from movimentum.scene.expansion.rewriting import Rewriter
 from movimentum.scene.expansion.scopes import ConstantEntry, Value
@@ -14,7 +15,8 @@ from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference
 from movimentum.scene.lower import Context, lower
-from movimentum.scene.resolve import ComponentUse, Meanings
+from movimentum.scene.pairs import PAIRED
+from movimentum.scene.resolve import CONTACT, ComponentUse, Meanings
 from movimentum.syntax.expression_tree import (
     Blank,
     Call,
@@ -105,7 +107,7 @@ class Constants:
         for each in nodes:
             if isinstance(each, Member) and each.name in VECTOR_MEMBERS:
                 meanings[id(each)] = ComponentUse(VECTOR_MEMBERS[each.name])
-            elif _varies(each):
+            elif varies(each):
                 self._report_varying(each, what, entry)
                 return None
         errors = self.findings.errors
@@ -158,13 +160,14 @@ def _needed(entry: ConstantEntry) -> Iterator[ConstantEntry]:
                 yield found
 
 
-def _varies(node: Expression) -> bool:
+def varies(node: Expression) -> bool:
+    """Whether an expression with this node is no constant, so that it has no value before the scene is solved."""
     match node:
         case Name() | Blank() | Member() | Transition() | Element():
             return True
         case Clock():
             return node.name != "pi"
         case Call():
-            return node.function in ("i", "d", "mesh", "belt")
+            return node.function in {"i", "d", CORD, *PAIRED, *CONTACT}
         case _:
             return False

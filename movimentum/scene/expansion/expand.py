@@ -15,7 +15,7 @@ from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Body, Declarer, Made, TooMany
 from movimentum.scene.expansion.includes import Includer, ReadText
 from movimentum.scene.expansion.placement import CopyFrame, local_in, stated, statement_in
-from movimentum.scene.expansion.product import Expanded, NamedConstant, StepAt, Timed
+from movimentum.scene.expansion.product import Expanded, NamedConstant, StepAt, Timed, TimedView
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.expansion.writing import ItemWriter
@@ -34,6 +34,7 @@ from movimentum.syntax.tree import (
     Statement,
     StepHeader,
     Text,
+    ViewStatement,
 )
 from movimentum.text import fraction_text
 
@@ -104,6 +105,7 @@ def expand(
         placements=expansion.placements,
         early=early,
         film_loops=tuple(expansion.film_loops),
+        views=tuple(expansion.views()),
         tables=tables.found,
     )
 
@@ -146,6 +148,7 @@ class _Expansion:
         self.definitions: list[Definition] = []
         self.placements: dict[str, CopyFrame] = {}
         self.film_loops: list[tuple[FilmLoop, int]] = []
+        self._views: list[tuple[ViewStatement, int]] = []
         self._strands: list[_Strand] = []
 
     def strand(self, scope: Scope) -> _Strand:
@@ -174,8 +177,19 @@ class _Expansion:
                         strand.said.append(_Said(said, len(strand.steps) - 1 if strand.steps else None))
                 case FilmLoop():
                     self.film_loops.append((replace(item, span=scope.place(item.span)), len(strand.steps) - 1))
+                case ViewStatement():
+                    shown = self.writer.view(item, scope)
+                    if shown is not None:
+                        self._views.append((shown, len(strand.steps) - 1))
                 case _:
                     pass
+
+    def views(self) -> Iterator[TimedView]:
+        """What the camera shows, with the times of the script's own steps; see `in_order`."""
+        times = [step.time for step in self._strands[0].steps] if self._strands else []
+        for view, step in self._views:
+            later = next((time for time in times[step + 1 :] if step >= 0 and time > times[step]), None)
+            yield TimedView(view, times[step] if step >= 0 else None, later)
 
     def _definition(self, item: Made) -> None:
         made = self.writer.definition(item)

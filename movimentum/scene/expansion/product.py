@@ -9,7 +9,7 @@ from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.tables import Tables
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant
-from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Definition, FilmLoop, Statement
+from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Definition, FilmLoop, Statement, ViewStatement
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +48,21 @@ class Timed:
 
 
 @dataclass(frozen=True, slots=True)
+class TimedView:
+    """What the camera shows from ``begin`` on (None: from the first frame); the step ends at ``until``, as above."""
+
+    statement: ViewStatement
+    begin: Fraction | None
+    until: Fraction | None
+
+
+@dataclass(frozen=True, slots=True)
 class Expanded:
     """A script without constants, parts, copies and loops.
 
     ``early``: the first statement before the first step, if any. ``placements`` are those of things of placed copies,
     by name. ``film_loops``: where the film begins again, with the number of the step (-1: before the first).
-    ``tables`` are those that it reads.
+    ``views``: what the camera shows, in the order written. ``tables`` are those that it reads.
     """
 
     source: SourceText
@@ -65,4 +74,5 @@ class Expanded:
     placements: dict[str, CopyFrame] = field(default_factory=dict[str, CopyFrame])
     early: Statement | ClaimStatement | None = None
     film_loops: tuple[tuple[FilmLoop, int], ...] = ()
+    views: tuple[TimedView, ...] = ()
     tables: Tables = field(default_factory=Tables)

@@ -184,6 +184,10 @@ class Rewriter:
                 self._outside_array(operand, number, place)
                 return None
             return Name(entry.name, span=span) if isinstance(entry, ThingEntry) else entry
+        if isinstance(operand, Member) and self._has_anchors(operand):
+            return replace(
+                operand, name=f"{operand.name}[{number}]", span=span, name_span=Span(operand.name_span.start, span.end)
+            )
         if isinstance(operand, Name) and operand.name not in self.things:
             return Name(f"{operand.name}[{number}]", span=span)  # a variable with an index
         said = "this"
@@ -193,6 +197,11 @@ class Rewriter:
             said = "a constant"
         self.findings.error("name/index", f"{said} is not an array, so it has no elements", place)
         return None
+
+    def _has_anchors(self, node: Member) -> bool:
+        """Whether a rewritten node is the name of several anchors of a thing, ``Star.P``."""
+        entry = self.things.get(node.operand.name) if isinstance(node.operand, Name) else None
+        return entry is not None and node.name in entry.anchors
 
     def _outside_array(self, array: ArrayEntry, number: int, place: Span) -> None:
         known = sorted(array.entries)

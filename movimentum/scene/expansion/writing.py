@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from typing import TypeAlias
 
 from movimentum.errors import ScriptError
 from movimentum.records import replace
 from movimentum.scene.constants import constant
 from movimentum.scene.expansion.constants import Constants
-from movimentum.scene.expansion.declaring import Made
+from movimentum.scene.expansion.declaring import Made, known
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.findings import Findings
 from movimentum.source import Span, folder
@@ -25,12 +27,19 @@ from movimentum.syntax.tree import (
     Statement,
     Text,
     TextField,
+    ViewStatement,
 )
+from movimentum.things.options import OptionForm
 from movimentum.things.registry import kind_of
 
-VALUED = frozenset({"over"})
-"""Options whose arguments have a value in every frame."""
+VALUED = frozenset({"over", "while", "clip", "follows"})
+"""Options whose arguments have a value in every frame, or name things."""
+MOST_ANCHORS = 10_000
+"""That one range may define."""
 _NOTHING: frozenset[str] = frozenset()
+
+
+Part: TypeAlias = AnchorDefinition | Reference | Option
 
 
 class ItemWriter:
@@ -51,7 +60,7 @@ class ItemWriter:
         span = scope.place(item.span)
         if isinstance(item, Statement):
             return Statement(left, item.comparison, right, made, span=span)
-        return ClaimStatement(left, item.comparison, right, made, item.purpose, span=span)
+        return ClaimStatement(left, item.comparison, right, made, item.purpose, item.always, span=span)
 
     def config(self, item: ConfigStatement, scope: Scope) -> ConfigStatement | None:
         """``.config``."""
@@ -61,21 +70,56 @@ class ItemWriter:
             return None
         return ConfigStatement(arguments, options, span=scope.place(item.span))
 
+    def view(self, item: ViewStatement, scope: Scope) -> ViewStatement | None:
+        """``.view``."""
+        arguments = self._arguments(item.arguments, scope, _NOTHING, values=True)
+        options = self._options(item.options, scope, _NOTHING)
+        if arguments is None or options is None:
+            return None
+        return ViewStatement(arguments, options, span=scope.place(item.span))
+
     def definition(self, item: Made) -> Definition | None:
         """A thing, under its name in the whole script."""
         definition, scope = item.definition, item.scope
         own = frozenset(part.name for part in definition.parts if isinstance(part, AnchorDefinition))
-        shape = self._shape(definition.shape, scope)
-        parts: list[AnchorDefinition | Reference | Option] = []
+        errors, shape = self.findings.errors, self._shape(definition.shape, scope)
+        parts: list[Part] = []
         for part in definition.parts:
-            made = self._part(part, scope, own)
-            if made is None:
-                return None
-            parts.append(made)
-        if shape is None:
+            bound = _parameter(part, definition.shape.word)
+            for each, inner in self._turns(part, scope):
+                made = self._part(each, inner, own | bound)
+                if made is None:
+                    return None
+                parts.append(self._beside(made, scope))
+        if shape is None or self.findings.errors > errors:
             return None
         span, name_span = scope.place(definition.span), scope.place(definition.name_span)
         return Definition(item.name, shape, tuple(parts), span=span, name_span=name_span)
+
+    def _turns(self, part: Part, scope: Scope) -> Iterator[tuple[Part, Scope]]:
+        """A part of a definition; of anchors in a range each one, in the scope that knows its index."""
+        suffix = part.suffix if isinstance(part, AnchorDefinition) else None
+        if suffix is None or not isinstance(part, AnchorDefinition):
+            yield part, scope
+            return
+        bounds = [
+            None if made is None else self.constants.whole_number(made, what)
+            for made, what in (
+                (self.constants.rewriter.expression(suffix.first, scope), "the first index"),
+                (self.constants.rewriter.expression(suffix.last or suffix.first, scope), "the last index"),
+            )
+        ]
+        if bounds[0] is None or bounds[1] is None:
+            return
+        span = scope.place(suffix.span)
+        if bounds[1] - bounds[0] >= MOST_ANCHORS:
+            self.findings.error("limit/copies", f"a range defines at most {MOST_ANCHORS:,} anchors", span)
+            return
+        for index in range(bounds[0], bounds[1] + 1):
+            inner = scope.turn(scope.shift)
+            if suffix.name is not None:
+                inner.constants[suffix.name] = known(suffix.name, index, inner, span)
+            yield replace(part, name=f"{part.name}[{index}]", suffix=None), inner
 
     def let_options(self, entry: ConstantEntry) -> tuple[float | None, float | None, str] | None:
         """(least, most, unit) of a constant; None after an error."""
@@ -108,18 +152,27 @@ class ItemWriter:
     # --- parts of items
 
     def _shape(self, shape: ShapeWord, scope: Scope) -> ShapeWord | None:
-        arguments = self._arguments(
-            shape.arguments, scope, _NOTHING, fields=shape.word == "label", values=kind_of(shape.word).valued > 0
-        )
+        values = kind_of(shape.word).valued > 0
+        arguments = self._arguments(shape.arguments, scope, _NOTHING, fields=shape.word == "label", values=values)
         if arguments is None:
             return None
-        if shape.word == "sprite" and scope.file.path and (base := folder(scope.file)) != self._home:
-            # a picture is beside the file that names it
-            (text,) = arguments
-            assert isinstance(text, Text)
-            relative = os.path.relpath(os.path.join(base, text.text), self._home or ".")
-            arguments = (replace(text, text=relative.replace(os.sep, "/")),)
+        if shape.word in ("sprite", "curve") and arguments and scope.file.path:
+            arguments = (self._from_home(arguments[0], scope),)
         return ShapeWord(shape.word, arguments, span=scope.place(shape.span))
+
+    def _beside(self, part: Part, scope: Scope) -> Part:
+        """The points of a curve are in a file that is beside the one that names it."""
+        if not (isinstance(part, Option) and part.name == "points" and scope.file.path):
+            return part
+        arguments = tuple(self._from_home(each, scope) for each in part.arguments)
+        return replace(part, arguments=arguments)
+
+    def _from_home(self, file: Expression | Text, scope: Scope) -> Expression | Text:
+        """A file that stands beside the one that names it, as seen from the script."""
+        if not isinstance(file, Text) or not file.text or (base := folder(scope.file)) == self._home:
+            return file
+        relative = os.path.relpath(os.path.join(base, file.text), self._home or ".")
+        return replace(file, text=relative.replace(os.sep, "/"))
 
     def _with_fields(self, text: Text, scope: Scope) -> Text | None:
         """A text whose expressions are read and meant as in ``scope``."""
@@ -145,9 +198,7 @@ class ItemWriter:
     def _home(self) -> str:
         return folder(self.findings.source)
 
-    def _part(
-        self, part: AnchorDefinition | Reference | Option, scope: Scope, own: frozenset[str]
-    ) -> AnchorDefinition | Reference | Option | None:
+    def _part(self, part: Part, scope: Scope, own: frozenset[str]) -> Part | None:
         rewrite = self.constants.rewriter.expression
         span = scope.place(part.span)
         match part:
@@ -158,7 +209,12 @@ class ItemWriter:
                 thing = rewrite(part.thing, scope)
                 if thing is None:
                     return None
-                return Reference(thing, part.anchor, span=span, anchor_span=scope.place(part.anchor_span))
+                index = None if part.index is None else rewrite(part.index, scope)
+                number = None if index is None else self.constants.whole_number(index, "an index")
+                if part.index is not None and number is None:
+                    return None
+                anchor = part.anchor if number is None else f"{part.anchor}[{number}]"
+                return Reference(thing, anchor, span=span, anchor_span=scope.place(part.anchor_span))
             case AnchorDefinition():
                 if scope.constant(part.name) is not None:
                     own = own - {part.name}  # `O = O`: no anchor is where it is itself
@@ -225,3 +281,12 @@ class ItemWriter:
             if entry is None:
                 return replace(argument, span=span)  # the scene says what it should be
         return self.constants.rewriter.expression(argument, scope, own)
+
+
+def _parameter(part: Part, word: str) -> frozenset[str]:
+    """The name that an option binds, which stays in its arguments: the parameter of a curve."""
+    if not isinstance(part, Option) or len(part.arguments) < 2:
+        return _NOTHING
+    binds = any(rule.name == part.name and rule.form is OptionForm.FUNCTION for rule in kind_of(word).options)
+    first = part.arguments[0]
+    return frozenset({first.name}) if binds and isinstance(first, Name) else _NOTHING

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, walk
+from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.planning.codegen.generate import Clocks
-from movimentum.planning.codegen.numeric import ON_ARRAYS
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.records import dataclass
 

@@ -88,10 +88,10 @@ class Evaluator:
                 stack.pop()
                 continue
             value = top.value
-            if value is not None and top.origin is None:
+            if value is not None and (top.origin is None or top.origin.op == "symbol"):  # one that a proof leaves open
                 result = self._literal(value)
             else:
-                operation = top if top.origin is None else top.origin
+                operation = top.origin or top
                 missing = [arg for arg in operation.args if id(arg) not in self._constants]
                 if missing:
                     stack.extend(missing)

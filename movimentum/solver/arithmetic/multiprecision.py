@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.expressions.operations import BY_NAME, column
 from movimentum.expressions.tables import Pieces, Table
+from movimentum.outlines.nearest import Nearest
 from movimentum.solver.arithmetic.double_double import nice_fraction
 
 Numbers = NDArray[np.object_]
@@ -44,7 +45,7 @@ class DigitsArithmetic:
         isnan = self.context.isnan
 
         def called(*arguments: Any) -> Any:
-            if any(isnan(each) for each in arguments if not isinstance(each, Table)):
+            if any(isnan(each) for each in arguments if not isinstance(each, Table | Nearest)):
                 return nan
             try:
                 return function(*arguments)

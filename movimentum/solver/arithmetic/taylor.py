@@ -16,9 +16,9 @@ import numpy as np
 
 from movimentum.arrays import BoolArray
 from movimentum.expressions import Expr, substitute, symbol, walk
+from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Table, piece_at
-from movimentum.planning.codegen.numeric import ON_ARRAYS
 
 Series = tuple[Any, ...]
 """Coefficients x_0, x_1, …: the k-th derivative divided by k!, each a float64 scalar or (F,). Missing ones are 0."""

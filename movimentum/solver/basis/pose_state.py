@@ -5,13 +5,16 @@ Poses are kept in the scene's terms, so that a plan with other frames can read t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 
+from movimentum.expressions import Expr, evaluate_op, walk
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX
 from movimentum.records import dataclass, field
-from movimentum.scene.model import Scene, ThingAngle
+from movimentum.scene.leaves import ContactPlace
+from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,31 @@ class Snapshot:
             if isinstance(payload, PoseX):
                 return pose.x + (pose.c * rx - pose.s * ry) - system.shift[0]
             return pose.y + (pose.s * rx + pose.c * ry) - system.shift[1]
-        return self.others.get(payload)
+        found = self.others.get(payload)
+        return self._nearest(system, payload) if found is None and isinstance(payload, ContactPlace) else found
+
+    def _nearest(self, system: System, place: ContactPlace) -> float | None:
+        """Where things that touch are nearest to each other in these poses."""
+
+        def leaf(node: Expr) -> float:
+            match node.payload:
+                case AnchorCoordinate(thing, anchor, axis):
+                    pose, (x, y) = self.things[thing], system.scene.things[thing].anchors[anchor].local
+                    return pose.y + pose.s * x + pose.c * y if axis else pose.x + pose.c * x - pose.s * y
+                case ThingAngle(thing):
+                    return math.degrees(math.atan2(self.things[thing].s, self.things[thing].c))
+                case known:
+                    return self.others.get(known, 0.0)
+
+        values: dict[Expr, float] = {}
+        for node in walk(*place.pose):
+            value = node.value
+            if value is None:
+                args = [values[arg] for arg in node.args]
+                value = evaluate_op(node.op, node.payload, args) if args else leaf(node)
+            values[node] = value
+        found = float(place.touch.at(*(values[root] for root in place.pose)))
+        return found if math.isfinite(found) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import ThingAngle
 
 RADIAN = math.degrees(1.0)
@@ -25,7 +26,11 @@ def scale_of(plan: Plan, unknowns: Sequence[int], size: FloatArray | None = None
     for n in unknowns:
         payload = plan.system.unknowns[n].payload
         sizes.append(
-            1.0 if isinstance(payload, PoseCos | PoseSin) else RADIAN if isinstance(payload, ThingAngle) else 0.0
+            1.0
+            if isinstance(payload, PoseCos | PoseSin)
+            else RADIAN
+            if isinstance(payload, ThingAngle | Bearing)
+            else 0.0
         )
     fixed = np.array(sizes)
     return np.where(fixed > 0.0, fixed, plan.size if size is None else size[:, None])

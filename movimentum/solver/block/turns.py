@@ -10,6 +10,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.plan import Plan
+from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.problem import BlockProblem
@@ -52,6 +53,23 @@ def unwound(
         if not any(np.array_equal(x, other) for other in result):
             result.append(x)
     return result
+
+
+def as_wound(plan: Plan, problem: BlockProblem, x: FloatArray, carry: Carry) -> bool:
+    """Whether every cord goes round its wheels as far as it did, or at the beginning by less than a turn, at
+    core values ``x`` (n,).
+    """
+    bearings = [
+        (n, payload)
+        for n in problem.block.unknowns
+        if isinstance(payload := plan.system.unknowns[n].payload, Bearing) and payload.of_cord
+    ]
+    if not bearings:
+        return True
+    values = problem.completed(x[None])
+    before = [carry.now.others.get(payload, payload.drawn) for _, payload in bearings]
+    now = [float(np.ravel(values[n])[0]) for n, _ in bearings]
+    return all(abs(one - other) <= 0.5 * TURN for one, other in zip(now, before, strict=True))
 
 
 def _turned(

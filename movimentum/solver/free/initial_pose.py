@@ -33,6 +33,8 @@ leaps to another side of an inequality.
 """
 TO_BEGIN = Damping(weak=WEAK_WISH_AT_FIRST)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
+LEAPS, SHORTER = 30, 0.9
+"""So many steps may be as long as they like; each that follows is at most so long a part of the one before."""
 FLAT = 0.05
 """Of the metric: what curvature leaves of it at the least."""
 
@@ -162,7 +164,7 @@ def _dense_least(
     metric = block.metric.dense
     x = start.copy()
     longest, nearest = most, np.inf
-    for _ in range(80 if not len(wished) else 240):
+    for k in range(120 if not len(wished) else 240):
         residual = problem.residual(x[None])
         jacobian = problem.jacobian(x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
@@ -185,20 +187,20 @@ def _dense_least(
                 along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), INDIFFERENT_TO_WISHES
             )
             free = free @ indifferent
+        elif k >= LEAPS:  # steps that lead to and fro: shorter ones settle
+            longest *= SHORTER
         if turns:
             weight, gradient = _turn_metric(x, turns, metric), _turn_gradient(x, turns)
         else:
             weight, gradient = metric, metric @ (x - origin) + pull
+        step = restore
         if free.shape[1]:
             hessian = free.T @ weight @ free
             if not turns and not len(wished):
                 pulls = inverse[:, : len(lengths[0])].T @ (gradient * scale) / lengths[0]
                 hessian = _with_curvature(problem, x, free, hessian, pulls[: jacobian.shape[1]])
             damped = hessian + REGULAR * np.trace(hessian) * np.eye(len(hessian))
-            y = -solutions(damped, free.T @ (gradient + weight @ restore))
-            step = restore + free @ y
-        else:
-            step = restore
+            step = restore - free @ solutions(damped, free.T @ (gradient + weight @ restore))
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None

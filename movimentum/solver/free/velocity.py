@@ -122,7 +122,7 @@ class FreeVelocity:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:
         that of what comes after, if there is a kink.
         """
-        best = np.inf
+        best = np.nan  # so that the first is taken, whatever its error
         rows, coupled = len(self.block.residuals), self.block.metric.coupled
         changes = errors = slopes = np.zeros(0)
         sides = (AHEAD, ACROSS, BEHIND) if after else (ACROSS, BEHIND, AHEAD)

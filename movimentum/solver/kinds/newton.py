@@ -22,7 +22,7 @@ from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of, newton, unrolled
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
-from movimentum.solver.block.turns import unwound
+from movimentum.solver.block.turns import as_wound, unwound
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.runaways import pole_ahead
@@ -55,7 +55,11 @@ def rigid_starts(start: Beginning, block: Block, rows: Newton, scale: FloatArray
 
 def found_from(start: Beginning, block: Block, starts: Starts) -> Found:
     """What a search for core vectors comes to."""
-    choices = [choice_of(start, block, x) for x in starts.solutions]
+    solutions = starts.solutions
+    if isinstance(block, Newton) and solutions:
+        one = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block)).first()
+        solutions = [x for x in solutions if as_wound(start.plan, one, x, start.carry)]
+    choices = [choice_of(start, block, x) for x in solutions]
     return Found(choices, [] if choices else [-np.inf], starts.complete, starts.effort)
 
 

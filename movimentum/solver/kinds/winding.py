@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions.arrays import atan2d
 from movimentum.planning.blocks.kinds import Winding
-from movimentum.planning.codegen.numeric import atan2d
-from movimentum.scene.model import Bearing
+from movimentum.scene.leaves import Bearing
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid

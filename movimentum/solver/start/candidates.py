@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
+from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import Choice
@@ -75,7 +76,9 @@ def decided_by(leaves: Sequence[Candidate]) -> str:
 
 def same_pose(plan: Plan, one: Candidate, other: Candidate) -> bool:
     """Whether two candidates begin with the same pose, as far as can be seen."""
-    unknowns = [n for n in one.values if not isinstance(plan.system.unknowns[n].payload, Anonymous | ThingAngle)]
+    unknowns = [
+        n for n in one.values if not isinstance(plan.system.unknowns[n].payload, Anonymous | ContactPlace | ThingAngle)
+    ]
     scale = scale_of(plan, unknowns)
     return all(
         abs(one.values[n] - other.values[n]) <= CANDIDATES_APART * s for n, s in zip(unknowns, scale, strict=True)
@@ -123,7 +126,7 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
         shown: list[float] = []
         for n in sorted(leaf.values):
             payload = unknowns[n].payload
-            if isinstance(payload, Anonymous | ThingAngle):
+            if isinstance(payload, Anonymous | ContactPlace | ThingAngle):
                 continue
             scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else plan.size
             for value in (leaf.values[n], leaf.later[n]):

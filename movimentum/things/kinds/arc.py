@@ -25,4 +25,5 @@ ARC = ThingKind(
     own=Angle,
     width=1.4,
     size=14.0,
+    followed=True,
 )

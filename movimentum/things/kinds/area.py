@@ -30,4 +30,5 @@ AREA = ThingKind(
     ink=PALE,
     surface=True,
     cuts=True,
+    followed=True,
 )

@@ -23,4 +23,5 @@ DISC = ThingKind(
     filled=True,
     plain=False,
     cuts=True,
+    followed=True,
 )

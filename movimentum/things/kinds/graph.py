@@ -3,8 +3,20 @@
 from __future__ import annotations
 
 from movimentum.records import dataclass
-from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import CLIP, COLOR, HIDDEN, LAYER, OPACITY, WIDTH, OptionForm, OptionRule, flag
+from movimentum.things.kind import Own, ThingKind, Valued
+from movimentum.things.options import (
+    CLIP,
+    COLOR,
+    HIDDEN,
+    LAYER,
+    OFFSTAGE,
+    OPACITY,
+    STILL,
+    WIDTH,
+    OptionForm,
+    OptionRule,
+    flag,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +42,7 @@ GRAPH = ThingKind(
     "graph",
     place=23,
     options=(
-        *(COLOR, WIDTH, LAYER, HIDDEN, OPACITY, CLIP),
+        *(COLOR, WIDTH, LAYER, HIDDEN, OFFSTAGE, OPACITY, CLIP, STILL),
         OptionRule("over", OptionForm.EXPRESSIONS),
         OptionRule("size", OptionForm.SIDES, "the size of a graph", least=2, most=2, field="sides"),
         OptionRule("title", OptionForm.TEXT),
@@ -41,5 +53,6 @@ GRAPH = ThingKind(
     own=Axes,
     width=1.8,
     size=11.0,
-    valued=1,
+    valued=Valued.NUMBERS,
+    beside=True,
 )

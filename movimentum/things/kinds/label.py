@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import CLIP, COLOR, HIDDEN, ITALIC, LAYER, OPACITY, SIZE, OptionForm, OptionRule, flag
+from movimentum.things.options import (
+    CLIP,
+    COLOR,
+    HIDDEN,
+    ITALIC,
+    LAYER,
+    OFFSTAGE,
+    OPACITY,
+    SIZE,
+    STILL,
+    OptionForm,
+    OptionRule,
+    flag,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +46,17 @@ LABEL = ThingKind(
         COLOR,
         LAYER,
         HIDDEN,
+        OFFSTAGE,
         OPACITY,
         SIZE,
         OptionRule("align", OptionForm.CHOICE, "the alignment", words=("left", "center", "right")),
         ITALIC,
         OptionRule("offset", OptionForm.NUMBERS, "an offset", least=2, most=2),
         flag("leader"),
+        OptionRule("follows", OptionForm.THING),
         CLIP,
+        STILL,
     ),
     own=Beside,
+    beside=True,
 )

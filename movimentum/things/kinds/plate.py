@@ -17,4 +17,5 @@ PLATE = ThingKind(
     supported=True,
     filled=True,
     cuts=True,
+    followed=True,
 )

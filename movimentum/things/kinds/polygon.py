@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import AREA, JOINTS, THROUGH
+from movimentum.things.options import ARCTO, AREA, JOINTS, THROUGH
 
 POLYGON = ThingKind(
     "polygon",
     place=6,
     anchors=3,
-    options=(*AREA, *JOINTS, THROUGH),
+    options=(*AREA, *JOINTS, THROUGH, ARCTO),
     width=1.6,
     inside=True,
     link=True,
     supported=True,
     filled=True,
     cuts=True,
+    followed=True,
 )

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import CLIP, HIDDEN, JOINTS, LAYER, OPACITY, OptionForm, OptionRule, flag
+from movimentum.things.options import (
+    CLIP,
+    HIDDEN,
+    JOINTS,
+    LAYER,
+    OFFSTAGE,
+    OPACITY,
+    STILL,
+    OptionForm,
+    OptionRule,
+    flag,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +40,11 @@ SPRITE = ThingKind(
         OptionRule("scale", OptionForm.POSITIVE, "the scale"),
         flag("topleft"),
         HIDDEN,
+        OFFSTAGE,
         OPACITY,
         *JOINTS,
         CLIP,
+        STILL,
     ),
     own=SpriteImage,
     ink=(255, 255, 255),

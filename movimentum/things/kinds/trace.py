@@ -41,9 +41,11 @@ TRACE = ThingKind(
         CAP,
         WHOLE,
         OptionRule("tail", OptionForm.POSITIVE, "how long a trace lasts"),
+        OptionRule("while", OptionForm.EXPRESSIONS, most=64),
     ),
     own=Track,
     width=1.6,
     accented=True,
     of_film=True,
+    followed=True,
 )

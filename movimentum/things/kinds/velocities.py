@@ -4,8 +4,21 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.colors import NOTED
-from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import CLIP, COLOR, HIDDEN, ITALIC, LAYER, OPACITY, SIZE, WIDTH, OptionForm, OptionRule
+from movimentum.things.kind import Own, ThingKind, Valued
+from movimentum.things.options import (
+    CLIP,
+    COLOR,
+    HIDDEN,
+    ITALIC,
+    LAYER,
+    OFFSTAGE,
+    OPACITY,
+    SIZE,
+    STILL,
+    WIDTH,
+    OptionForm,
+    OptionRule,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +32,7 @@ VELOCITIES = ThingKind(
     "velocities",
     place=24,
     options=(
-        *(COLOR, WIDTH, LAYER, HIDDEN, OPACITY, SIZE, ITALIC, CLIP),
+        *(COLOR, WIDTH, LAYER, HIDDEN, OFFSTAGE, OPACITY, SIZE, ITALIC, CLIP, STILL),
         OptionRule("scale", OptionForm.POSITIVE, "the scale of velocities", field="magnified"),
     ),
     own=Polygon,
@@ -27,5 +40,6 @@ VELOCITIES = ThingKind(
     size=14.0,
     ink=NOTED,
     accented=True,
-    valued=2,
+    valued=Valued.VELOCITIES,
+    beside=True,
 )

@@ -12,7 +12,8 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.records import dataclass
-from movimentum.scene.model import Bearing, ThingAngle
+from movimentum.scene.leaves import Bearing
+from movimentum.scene.model import ThingAngle
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.newton import newton, newton_across
 from movimentum.solver.kinds.across import column, problem_at

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.codegen.numeric import sincosd
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Relation

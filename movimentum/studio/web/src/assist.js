@@ -30,9 +30,9 @@ export class Assist {
     this.asked = new Map();
     this.times = [];
     const bar = byId("edit-bar");
-    button(bar, "about", "About", "What the name at the cursor is (F1)", () => this.explain());
-    button(bar, "rename", "Rename", "Another name for what is at the cursor, everywhere (F2)", () => this.rename());
-    button(bar, "format", "Format", "Lay out the script (Shift-Alt-F)", () => this.format());
+    button(bar, "about", "About", "What the name at the cursor is (F1)", () => this.explain(), {icon: "about"});
+    button(bar, "rename", "Rename", "Another name for what is at the cursor, everywhere (F2)", () => this.rename(), {icon: "rename"});
+    button(bar, "format", "Format", "Lay out the script (Shift-Alt-F)", () => this.format(), {icon: "format"});
   }
 
   /* Of the editor. */

@@ -33,12 +33,14 @@ export class Claims {
     place.hidden = !this.found.length;
     place.classList.remove("stale");
     place.replaceChildren(...this.found.map((item, k) => {
+      const proved = item.holds && (item.proof || "").startsWith("proved");
       const words = item.holds ? item.words : `${item.words}: fails from t = ${number(item.time)}`;
-      const title = item.holds ? "This claim holds in the whole film. Click to show its parts."
+      const title = proved ? "This claim holds in every position of the mechanism, not only in the film. Click to show its parts."
+        : item.holds ? "This claim holds in the whole film. Click to show its parts."
         : `Go to where it fails. ${item.worst === null ? "It has no value there." : `It is off by at most ${number(item.worst)}, at t = ${number(item.at)}.`}`;
       const point = (on) => () => { this.pointed = on ? item : null; this.app.stage.draw(); };
       return make("button", {
-        type: "button", class: `claim ${item.holds ? "holds" : "fails"}`, "data-testid": `claim-${k}`, "data-holds": String(item.holds), title,
+        type: "button", class: `claim ${item.holds ? "holds" : "fails"}`, "data-testid": `claim-${k}`, "data-holds": String(item.holds), "data-proof": item.proof || "", title,
         onclick: () => this.go(item), onpointerenter: point(true), onpointerleave: point(false), onfocus: point(true), onblur: point(false),
       }, make("b", {text: item.holds ? "✓" : "✗", "aria-label": item.holds ? "holds" : "fails"}), make("span", {text: words}));
     }));

@@ -1,5 +1,5 @@
 /* The time that is shown: playing, scrubbing, stepping. */
-import {button, make, toggle} from "./dom.js";
+import {button, face, make, toggle} from "./dom.js";
 
 export class Clock {
   constructor(bar, {shown, settled}) {
@@ -12,9 +12,9 @@ export class Clock {
     this.loop = true;
     this.playing = false;
     this.settling = 0;
-    this.playButton = button(bar, "play", "▶", "Play (space)", () => this.toggle());
-    button(bar, "back", "‹", "One frame back (left arrow)", () => this.step(-1));
-    button(bar, "forward", "›", "One frame forward (right arrow)", () => this.step(1));
+    this.playButton = button(bar, "play", "", "Play (space)", () => this.toggle(), {icon: "play"});
+    button(bar, "back", "", "One frame back (left arrow)", () => this.step(-1), {icon: "back"});
+    button(bar, "forward", "", "One frame forward (right arrow)", () => this.step(1), {icon: "forward"});
     this.scrubber = make("input", {type: "range", min: 0, max: 0, step: 1, value: 0, "data-testid": "scrubber", "aria-label": "Frame"});
     this.ticks = make("div", {class: "ticks", "aria-hidden": "true"});
     bar.append(make("div", {class: "scrub"}, this.ticks, this.scrubber));
@@ -25,7 +25,7 @@ export class Clock {
     for (const [speed, text] of [[1, "1×"], [0.5, "½×"], [0.25, "¼×"]]) this.speeds.append(make("option", {value: speed, text}));
     this.speeds.addEventListener("change", () => this.setSpeed(Number(this.speeds.value)));
     bar.append(this.speeds);
-    toggle(bar, "loop", "Loop", "Repeat", true, (on) => { this.loop = on; });
+    toggle(bar, "loop", "", "Repeat", true, (on) => { this.loop = on; }, {icon: "loop"});
   }
 
   get time() {
@@ -131,7 +131,7 @@ export class Clock {
 
   showPlaying() {
     const title = this.playing ? "Pause (space)" : "Play (space)";
-    this.playButton.textContent = this.playing ? "❚❚" : "▶";
+    face(this.playButton, this.playing ? "pause" : "play");
     this.playButton.title = title;
     this.playButton.setAttribute("aria-label", title);
     this.playButton.setAttribute("aria-pressed", String(this.playing));

@@ -1,34 +1,45 @@
-/* Buttons, keys, sliders, questions and plots. */
-/* global MovimentumPainter */
+/* Buttons, keys and sliders. */
 import {button, byId, make, toggle} from "./dom.js";
 import {MODES} from "./traces.js";
 
+/* [name, key, title], group by group; null: a line between. */
 const TOOLS = [
-  ["select", "Select", "Select and drag (V)", "v"], ["anchor", "Anchor", "Make points (A)", "a"],
-  ["rod", "Rod", "Rods from point to point (R)", "r"], ["angle", "Angle", "Fix the angle of two rods (G)", "g"],
-  ["fix", "Fix", "Fix a point (F)", "f"], ["attract", "Attract", "Pull a point somewhere (T)", "t"],
-  ["turn", "Turn", "Make a rod turn by itself (U)", "u"],
-  ["delete", "Delete", "Remove (D)", "d"], ["shape", "Shape", "Edit the shape of a part (E)", "e"],
+  ["select", "v", "Select and drag"], ["shape", "e", "Edit the shape of a part"], null,
+  ["anchor", "a", "Points"], ["rod", "r", "Rods from point to point"], ["plate", "b", "A plate with three joints or more"], ["gear", "", "A gear"],
+  ["curve", "", "A smooth curve"], ["picture", "", "A picture as a part"], null,
+  ["fix", "f", "Fix a point"], ["angle", "g", "Fix the angle of two rods"], ["turn", "u", "Make a rod turn by itself"], ["attract", "t", "Pull a point somewhere"],
+  ["gap", "", "Two parts that touch"], ["spring", "", "A spring"], ["ground", "", "The ground under a point"], null,
+  ["trace", "", "The path of a point"], ["dimension", "", "A dimension between two points"], ["label", "", "A text"], ["graph", "", "A graph over time"],
+  ["claim", "", "A claim that is checked"], ["constant", "", "A constant with a slider"], null, ["delete", "d", "Remove"],
 ];
+const GHOSTS = [["off", "Ghosts"], ["here", "Ghosts: this pose"], ["many", "Ghosts: film"]];
 
 export class Controls {
   constructor(app) {
     this.app = app;
     this.buttons = {};
     this.drawTools();
+    this.drawSteps();
     this.drawViews();
-    this.drawCopies();
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
   drawTools() {
-    const {app} = this, bar = byId("tools");
-    for (const [tool, text, title] of TOOLS) {
-      this.buttons[tool] = button(bar, `tool-${tool}`, text, title, () => this.choose(tool), {"aria-pressed": String(tool === "select")});
+    const rail = byId("tools");
+    for (const tool of TOOLS) {
+      if (!tool) { rail.append(make("hr")); continue; }
+      const [name, key, words] = tool, title = key ? `${words} (${key.toUpperCase()})` : words;
+      this.buttons[name] = button(rail, `tool-${name}`, "", title, () => this.choose(name), {icon: name, "aria-pressed": String(name === "select")});
     }
-    button(bar, "clear", "Clear", "Empty the script (X; undo restores it)", () => this.clear());
-    button(bar, "undo", "↶", "Undo (Ctrl-Z)", () => app.editor.undo());
-    button(bar, "redo", "↷", "Redo (Ctrl-Y)", () => app.editor.redo());
+  }
+
+  drawSteps() {
+    const {app} = this, bar = byId("undo-bar");
+    button(bar, "undo", "", "Undo (Ctrl-Z)", () => app.editor.undo(), {icon: "undo"});
+    button(bar, "redo", "", "Redo (Ctrl-Y)", () => app.editor.redo(), {icon: "redo"});
+    button(bar, "history", "", "All steps", () => app.steps.show(), {icon: "history"});
+    button(bar, "clear", "", "Empty the script (X; undo restores it)", () => this.clear(), {icon: "clear"});
+    button(bar, "help", "", "Keys (?)", () => app.files.showKeys(), {icon: "help"});
   }
 
   clear() {
@@ -56,39 +67,58 @@ export class Controls {
 
   drawViews() {
     const {app} = this, {stage} = app, bar = byId("views");
-    button(bar, "view", "View", "Switch the view: plain, names, free motions (Q)", () => this.nextView());
     const shown = (name) => (on) => { stage[name] = on; stage.draw(); };
+    const gap = () => bar.append(make("span", {class: "gap"}));
+    button(bar, "view", "", "Switch the view: plain, names, free motions (Q)", () => this.nextView(), {icon: "view"});
     this.views = {
-      n: toggle(bar, "names", "Names", "Names of points (N)", stage.names, shown("names")),
-      p: toggle(bar, "points", "Points", "All points (P)", stage.points, shown("points")),
-      m: toggle(bar, "arrows", "Free", "Arrows for free motions (M)", stage.arrows, shown("arrows")),
-      s: toggle(bar, "velocity", "Velocity", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on)),
-      i: toggle(bar, "info", "Info", "Facts about the scene and the selection (I)", false, (on) => { this.info = on; this.showInfo(); }),
+      n: toggle(bar, "names", "", "Names of points (N)", stage.names, shown("names"), {icon: "names"}),
+      p: toggle(bar, "points", "", "All points (P)", stage.points, shown("points"), {icon: "points"}),
+      m: toggle(bar, "arrows", "", "Arrows for free motions (M)", stage.arrows, shown("arrows"), {icon: "free"}),
+      s: toggle(bar, "velocity", "", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on), {icon: "velocity"}),
+      h: toggle(bar, "grid", "", "Grid: what is drawn snaps to it (H)", false, shown("grid"), {icon: "grid"}),
+      i: toggle(bar, "info", "", "Facts about the scene and the selection (I)", false, (on) => { app.panel.info = on; app.panel.show(); }, {icon: "info"}),
     };
-    const traces = make("select", {id: "traces", "data-testid": "traces", "aria-label": "Traces", title: "The paths of points (L)", onchange: () => app.traces.choose(traces.value)},
-      ...MODES.map(([value, text]) => make("option", {value, text})));
-    bar.append(traces);
-    button(bar, "zoom-out", "−", "Zoom out (−)", () => stage.zoom(1 / 1.25));
-    button(bar, "fit", "Fit", "The whole picture (0)", () => stage.fit());
-    button(bar, "zoom-in", "+", "Zoom in (+)", () => stage.zoom(1.25));
-    button(bar, "full", "Full", "Full screen (W)", () => this.fullScreen());
-    app.record.button = button(byId("player"), "record", "● Record", "Record what you do as a film (K)", () => app.record.toggle(), {"aria-pressed": "false"});
-    const expression = make("input", {type: "text", placeholder: "plot …", title: "Plot an expression over time, such as Rod.B.x or Crank.angle", "aria-label": "Plot an expression", "data-testid": "plot-expression"});
-    expression.addEventListener("change", () => this.plot(expression.value.trim()));
-    bar.append(expression);
+    gap();
+    const chooser = (id, label, title, rows, act) => {
+      const made = make("select", {id, "data-testid": id, "aria-label": label, title, onchange: () => act(made.value)}, ...rows.map(([value, text]) => make("option", {value, text})));
+      bar.append(made);
+      return made;
+    };
+    chooser("traces", "Traces", "The paths of points (L)", MODES, (value) => app.traces.choose(value));
+    this.ghosts = chooser("ghosts", "Ghosts", "Other poses beside this one (O)", GHOSTS, (value) => this.ghost(value));
+    gap();
+    button(bar, "zoom-out", "", "Zoom out (−)", () => stage.zoom(1 / 1.25), {icon: "out"});
+    button(bar, "fit", "", "The whole picture (0)", () => stage.fit(), {icon: "fit"});
+    button(bar, "zoom-in", "", "Zoom in (+)", () => stage.zoom(1.25), {icon: "in"});
+    button(bar, "full", "", "Full screen (W)", () => this.fullScreen(), {icon: "full"});
+    app.record.button = button(byId("player"), "record", "", "Record what you do as a film (K)", () => app.record.toggle(), {icon: "record", "aria-pressed": "false"});
+    this.expression = make("input", {type: "text", placeholder: "Plot: Rod.B.x; Crank.angle …", title: "Plot expressions over time, such as Rod.B.x; Crank.angle, or one over another: Rod.B.y over Rod.B.x", "aria-label": "Plot an expression", "data-testid": "plot-expression", spellcheck: "false", autocomplete: "off"});
+    this.expression.addEventListener("change", () => app.plots.set(this.expression.value));
+    bar.append(this.expression);
   }
 
-  /* Beside the buttons for files: the picture on show. */
-  drawCopies() {
-    const {app} = this, bar = byId("file-bar");
-    button(bar, "screenshot", "PNG", "Save the picture as PNG (Shift-S)", () => app.copies.screenshot());
-    button(bar, "copy-png", "Copy PNG", "Copy the picture as PNG (C)", () => app.copies.copyPng());
-    button(bar, "copy-svg", "Copy SVG", "Copy the picture as SVG (Shift-C)", () => app.copies.copySvg());
+  /* Poses beside the one on show; "here": this one stays behind. */
+  ghost(mode) {
+    const {stage, clock} = this.app;
+    stage.ghosts = mode;
+    stage.ghost = clock.frame;
+    this.ghosts.value = mode;
+    stage.draw();
+  }
+
+  nextGhost() {
+    const at = GHOSTS.findIndex(([mode]) => mode === this.app.stage.ghosts), [mode, words] = GHOSTS[(at + 1) % GHOSTS.length];
+    this.ghost(mode);
+    this.app.hint(mode === "off" ? "No ghosts." : `${words}.`);
   }
 
   choose(tool) {
+    const {app} = this;
+    if (tool === "picture") { app.drop.choose(); return; }
+    if (tool === "claim" || tool === "constant") { app.forms[tool](); return; }
     for (const [name, made] of Object.entries(this.buttons)) made.setAttribute("aria-pressed", String(name === tool));
-    this.app.pointer.choose(tool);
+    app.pointer.choose(tool);
+    app.faces.show();
   }
 
   key(event) {
@@ -107,13 +137,13 @@ export class Controls {
     if (control || event.altKey) return;
     const name = event.target.tagName;
     if (name === "SELECT" || name === "TEXTAREA" || (name === "INPUT" && event.target.type !== "range")) return;
-    if (this.plain(event, name)) event.preventDefault();
+    if (app.pointer.measure.key(event) || this.plain(event, name)) event.preventDefault();
   }
 
   plain(event, element) {
     const {app} = this, {clock, stage} = app, {key} = event;
     const slider = element === "INPUT" && event.target !== clock.scrubber;
-    const tool = TOOLS.find((each) => each[3] === key.toLowerCase());
+    const tool = TOOLS.find((each) => each && each[1] && each[1] === key.toLowerCase());
     const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[key];
     if (way && event.shiftKey && element !== "INPUT") { app.cross.move(...way); return true; }
     if (key === " ") { if (element === "BUTTON") return false; clock.toggle(); }
@@ -121,7 +151,7 @@ export class Controls {
     else if (key === "ArrowRight" && !slider) clock.step(1);
     else if (key === "Home" && !slider) { clock.pause(); clock.seek(0); }
     else if (key === "End" && !slider) { clock.pause(); clock.seek(clock.frames - 1); }
-    else if (key === "Escape") { app.pointer.cancel(); app.cross.leave(); app.hand.leave(); app.selectThing(null); stage.draw(); }
+    else if (key === "Escape") { app.pointer.cancel(); app.cross.leave(); app.hand.leave(); app.panel.asked = null; app.selectThing(null); stage.draw(); }
     else if (key === "+" || key === "=") stage.zoom(1.25);
     else if (key === "-") stage.zoom(1 / 1.25);
     else if (key === "0") stage.fit();
@@ -133,83 +163,16 @@ export class Controls {
     else if (key === "C") app.copies.copySvg();
     else if (key === "c") app.copies.copyPng();
     else if (key.toLowerCase() === "l") app.traces.next();
+    else if (key.toLowerCase() === "o") this.nextGhost();
+    else if (key.toLowerCase() === "y" && stage.held) app.hand.keep();
+    else if (key === "?") app.files.showKeys();
     else if (key === "." || key === ",") app.cross.next(key === "." ? 1 : -1);
-    else if (key === "Enter" && event.target === stage.canvas) app.cross.use();
-    else if (key === "Delete" || key === "Backspace") { if (app.selected) app.useTool("delete", [stage.scene.things[app.selected.thing].name], []); }
+    else if (key === "Enter" && event.target === stage.canvas) { if (app.pointer.corners.length) app.pointer.finish(); else app.cross.use(); }
+    else if (key === "Delete" || key === "Backspace") app.deleteSelection();
     else if (this.views[key.toLowerCase()]) this.views[key.toLowerCase()].click();
     else if (tool) this.choose(tool[0]);
     else return false;
     return true;
-  }
-
-  /* --- what is known --- */
-
-  freedom(motions) {
-    this.motions = motions;
-    this.showInfo();
-  }
-
-  selection(hit) {
-    this.chosen = hit;
-    this.showInfo();
-  }
-
-  showInfo() {
-    const {app} = this, place = byId("answer"), hit = this.chosen;
-    place.hidden = !(this.info || hit);
-    if (place.hidden) return;
-    const rows = [];
-    if (hit) {
-      rows.push(make("b", {text: hit.name}), make("span", {class: "bar"},
-        ...["why", "formula"].map((question) => make("button", {type: "button", "data-testid": `ask-${question}`, text: question, onclick: () => app.ask(question, hit.name)})),
-        make("button", {type: "button", "data-testid": "ask-solutions", text: "solutions", onclick: () => app.ask("solutions", "")}),
-        ...(hit.anchor ? [app.traces.chooser(hit.name)] : []),
-        make("button", {type: "button", text: "plot", onclick: () => this.plot(hit.anchor ? hit.name : `${hit.name}.angle`)}),
-        make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => app.selectThing(null)})));
-    }
-    if (this.info) {
-      const {stage} = app;
-      const count = stage.scene ? stage.scene.things.length : 0;
-      rows.push(make("p", {text: `${count} things, ${app.clock.frames} frames`}));
-      (this.motions || []).forEach((motion, k) => rows.push(make("p", {text: `free ${k + 1}: ${motion.words}`})));
-      if (this.motions && !this.motions.length) rows.push(make("p", {text: "Nothing is free at this time."}));
-    }
-    this.answerPlace = make("pre", {});
-    place.replaceChildren(...rows, this.answerPlace);
-  }
-
-  answer(question, name, words, choices, film) {
-    const place = byId("answer");
-    place.hidden = false;
-    if (!this.answerPlace || !place.contains(this.answerPlace)) {
-      this.answerPlace = make("pre", {});
-      const close = make("button", {type: "button", text: "×", "aria-label": "Close", onclick: () => { place.hidden = true; }});
-      place.replaceChildren(make("span", {class: "bar"}, make("b", {text: name || question}), close), this.answerPlace);
-    }
-    const use = ({statement}) => { if (statement) this.app.useTool("state", [statement], []); };
-    const rows = choices.map((choice, k) => {
-      const title = choice.statement || choice.words;
-      const made = make("button", {type: "button", class: "fix", title, "data-testid": `choose-${k}`, onclick: () => use(choice)});
-      if (film && choice.frame !== null) made.append(this.thumbnail(film, choice.frame, choice.current));
-      made.append(make("span", {text: title}));
-      return made;
-    });
-    this.answerPlace.replaceChildren(make("span", {text: words}), make("div", {class: film ? "cards" : ""}, ...rows));
-  }
-
-  /* A small picture of one frame of a film. */
-  thumbnail(film, frame, current) {
-    const canvas = make("canvas", {class: current ? "thumbnail current" : "thumbnail", role: "img", "aria-label": current ? "the pose on show" : "another pose"});
-    const fine = window.devicePixelRatio || 1, scale = Math.min(150 / film.width, 110 / film.height);
-    canvas.width = Math.max(1, film.width * scale * fine);
-    canvas.height = Math.max(1, film.height * scale * fine);
-    canvas.style.width = `${film.width * scale}px`;
-    const painter = new MovimentumPainter({...film, background: film.background || film.paper}, canvas);
-    painter.frame = frame;
-    painter.tracing = false;
-    painter.load();
-    painter.draw();
-    return canvas;
   }
 
   /* --- constants as sliders --- */
@@ -248,66 +211,4 @@ export class Controls {
     const digits = Math.max(0, Math.ceil(-Math.log10(step)));
     this.scrub.live.set(Number(Number(made.input.value).toFixed(digits)).toString());
   }
-
-  /* --- plots --- */
-
-  plot(expression) {
-    const place = byId("plot");
-    this.plotting = expression;
-    place.hidden = !expression;
-    if (expression) this.app.send({kind: "plot", rev: this.app.shownRev, expression});
-  }
-
-  plotted({expression, rows, words}) {
-    const place = byId("plot"), {clock} = this.app;
-    if (expression !== this.plotting) return;
-    const close = make("button", {type: "button", text: "×", "aria-label": "Close the plot", onclick: () => this.plot("")});
-    if (words) { place.replaceChildren(make("p", {text: words}), close); return; }
-    const canvas = make("canvas", {"data-testid": "plot", role: "img", "aria-label": `${expression} over time`, title: "Click to go to a time"});
-    const told = make("output", {"data-testid": "plot-value"});
-    place.replaceChildren(told, canvas, close);
-    const values = rows.flat().filter((value) => value !== null);
-    const low = Math.min(...values), high = Math.max(...values), span = high - low || 1;
-    const part = () => clock.frames < 2 ? 0 : clock.frame / (clock.frames - 1);
-    canvas.addEventListener("click", (event) => { clock.pause(); clock.seek(event.offsetX / canvas.clientWidth * (clock.frames - 1)); });
-    this.repaint = () => {
-      const fine = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
-      canvas.width = width * fine;
-      canvas.height = height * fine;
-      const context = canvas.getContext("2d");
-      context.scale(fine, fine);
-      const x = (k) => rows.length < 2 ? 0 : k * width / (rows.length - 1);
-      (rows[0] || []).forEach((_, column) => {
-        context.strokeStyle = ["#0072b2", "#d55e00"][column % 2];
-        context.beginPath();
-        rows.forEach((row, k) => {
-          if (row[column] === null) return;
-          const y = 4 + (height - 8) * (high - row[column]) / span;
-          if (k && rows[k - 1][column] !== null) context.lineTo(x(k), y); else context.moveTo(x(k), y);
-        });
-        context.stroke();
-      });
-      context.fillStyle = "#555";
-      context.font = "11px system-ui, sans-serif";
-      if (values.length) {
-        context.fillText(short(high), 3, 12);
-        context.fillText(short(low), 3, height - 4);
-      }
-      context.strokeStyle = "#888";
-      context.beginPath();
-      context.moveTo(part() * width, 0);
-      context.lineTo(part() * width, height);
-      context.stroke();
-      const now = rows[Math.round(part() * (rows.length - 1))] || [];
-      told.textContent = `${expression} = ${now.map((value) => (value === null ? "–" : short(value))).join(", ")}`;
-    };
-    this.repaint();
-  }
-
-  /* Another time is shown. */
-  moved() {
-    if (this.repaint && !byId("plot").hidden) this.repaint();
-  }
 }
-
-const short = (value) => String(Number(value.toPrecision(5)));

@@ -68,10 +68,12 @@ export class Copies {
   /* What the page shows, as a file. */
   screenshot() {
     const {canvas} = this.app.stage;
-    canvas.toBlob((blob) => {
-      const link = make("a", {href: URL.createObjectURL(blob), download: `${this.app.files.stem()}.png`});
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    });
+    canvas.toBlob((blob) => this.download(blob, `${this.app.files.stem()}.png`));
+  }
+
+  download(blob, name) {
+    const link = make("a", {href: URL.createObjectURL(blob), download: name});
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
   }
 }

@@ -7,6 +7,8 @@ import {indentWithTab, isolateHistory, redo, undo} from "@codemirror/commands";
 import {setDiagnostics} from "@codemirror/lint";
 import {Tag} from "@lezer/highlight";
 import {TOKENS} from "./tokens.js";
+import {changesBetween} from "./lines.js";
+import {Handle} from "./handle.js";
 
 const rules = TOKENS.map(([pattern, scope]) => [new RegExp(pattern, "y"), scope.replaceAll(".", "-")]);
 const tags = Object.fromEntries([...new Set([...rules.map(([, scope]) => scope), "comment-block"])].map((scope) => [scope, Tag.define()]));
@@ -64,6 +66,7 @@ const marks = StateField.define({
 export class Editor {
   constructor(parent, {changed, moved, extensions}) {
     this.quiet = false;
+    this.handle = new Handle(this);
     this.view = new EditorView({
       parent,
       state: EditorState.create({
@@ -76,10 +79,11 @@ export class Editor {
           syntaxHighlighting(highlight),
           marks,
           EditorView.lineWrapping,
-          EditorView.domEventHandlers({mousedown: (event) => this.grabNumber(event)}),
+          EditorView.domEventHandlers({mousedown: (event) => this.handle.grab(event), mousemove: (event) => { this.handle.near(event); }, scroll: () => { this.handle.hide(); }}),
           EditorView.cspNonce.of(document.querySelector('meta[name="movimentum-nonce"]').content),
           EditorView.contentAttributes.of({"aria-label": "Script", spellcheck: "false"}),
           EditorView.updateListener.of((update) => {
+            if (update.docChanged || update.selectionSet) this.handle.changed(update);
             if (update.docChanged) changed(update);
             else if (update.selectionSet && !this.quiet) moved();
           }),
@@ -136,45 +140,14 @@ export class Editor {
     };
   }
 
-  /* With Alt, a number in the text follows the mouse. */
-  grabNumber(event) {
-    if (!event.altKey || event.button !== 0) return false;
-    const place = this.view.posAtCoords({x: event.clientX, y: event.clientY});
-    if (place === null) return false;
-    const line = this.view.state.doc.lineAt(place);
-    const found = [...line.text.matchAll(/\d+(?:\.\d+)?/g)].find((each) => line.from + each.index <= place && place <= line.from + each.index + each[0].length);
-    if (!found) return false;
-    const from = line.from + found.index, begin = Number(found[0]);
-    const digits = (found[0].split(".")[1] || "").length;
-    const live = this.scrubbed([from, from + found[0].length]);
-    const move = (each) => {
-      const value = begin + Math.round((each.clientX - event.clientX) / 2) * 10 ** -digits;
-      live.set(Math.max(0, value).toFixed(digits));
-    };
-    const end = () => {
-      window.removeEventListener("pointermove", move);
-      window.removeEventListener("pointerup", end);
-      live.done();
-    };
-    window.addEventListener("pointermove", move);
-    window.addEventListener("pointerup", end);
-    return true;
-  }
-
-  /* Another text with as little change as possible: cursor and scroll stay. */
+  /* Another text, line by line with as little change as possible: cursor and scroll stay at the lines they are at. */
   replace(text, {history = true} = {}) {
     const old = this.text;
     if (old === text) return;
-    let from = 0;
-    while (from < old.length && from < text.length && old[from] === text[from]) from += 1;
-    let end = 0;
-    while (end < old.length - from && end < text.length - from && old.at(-1 - end) === text.at(-1 - end)) end += 1;
-    const scroll = this.view.scrollDOM.scrollTop;
-    this.view.dispatch({
-      changes: {from, to: old.length - end, insert: text.slice(from, text.length - end)},
-      annotations: [isolateHistory.of("full"), Transaction.addToHistory.of(history)],
-    });
-    this.view.scrollDOM.scrollTop = scroll;
+    const {view} = this, top = view.lineBlockAtHeight(view.scrollDOM.scrollTop), off = view.scrollDOM.scrollTop - top.top;
+    const changes = view.state.changes(changesBetween(old, text));
+    view.dispatch({changes, annotations: [isolateHistory.of("full"), Transaction.addToHistory.of(history)]});
+    view.scrollDOM.scrollTop = view.lineBlockAt(Math.min(changes.mapPos(top.from, 1), view.state.doc.length)).top + off;
   }
 
   select([from, to], {scroll = true} = {}) {

@@ -1,5 +1,7 @@
 /* The script's file: saving, changes on the disk, the start page, rendering. */
-import {button, byId, make} from "./dom.js";
+import {button, byId, make, menu} from "./dom.js";
+import {inline} from "./panel.js";
+import {link, shared} from "./share.js";
 
 export class FileWork {
   constructor(app) {
@@ -11,12 +13,22 @@ export class FileWork {
     this.job = 0;
     this.known = false;
     const bar = byId("file-bar");
-    button(bar, "open", "Open", "Open a script or a linkage file (Ctrl-O)", () => this.askOpen());
-    button(bar, "save", "Save", "Save (Ctrl-S)", () => this.save());
-    button(bar, "save-as", "Save as…", "Save under another name", () => this.askSave());
-    button(bar, "export", "Linkage…", "Save the scene as a linkage file", () => this.askLinkage());
-    button(bar, "render", "Render…", "Render to a file", () => this.askRender());
-    button(bar, "help", "?", "Keys", () => this.showKeys());
+    menu(bar, "menu", "", "File", "menu", [
+      ["new", "new", "New", "", () => this.startAgain("blank")],
+      ["examples", "examples", "Examples …", "", () => this.startAgain("")],
+      ["save-as", "save", "Save as …", "", () => this.askSave()],
+      null,
+      ["export", "export", "Linkage file …", "", () => this.askLinkage()],
+      ["save-page", "page", "Save as page …", "", () => this.askPage()],
+      ["copy-link", "share", "Copy link", "", () => this.copyLink()],
+      null,
+      ["copy-png", "copy", "Copy the picture as PNG", "C", () => app.copies.copyPng()],
+      ["copy-svg", "copy", "Copy the picture as SVG", "Shift-C", () => app.copies.copySvg()],
+      ["screenshot", "camera", "Screenshot", "Shift-S", () => app.copies.screenshot()],
+    ]);
+    button(bar, "open", "Open", "Open a script or a linkage file (Ctrl-O)", () => this.askOpen(), {icon: "open"});
+    button(bar, "save", "Save", "Save (Ctrl-S)", () => this.save(), {icon: "save"});
+    button(bar, "render", "Render", "Render to a file", () => this.askRender(), {icon: "render"});
     window.addEventListener("pagehide", () => this.keepDraft());
     window.addEventListener("beforeunload", (event) => { if (this.dirty && this.app.editor.text.trim()) event.preventDefault(); });
   }
@@ -47,8 +59,7 @@ export class FileWork {
   }
 
   welcome({name, text, version, folder, gallery, recent, formats, trouble}) {
-    this.folder = folder;
-    this.formats = formats;
+    Object.assign(this, {folder, formats, gallery, recent});
     if (this.known) { // the server is back: the page has the text
       if (name && version !== this.version) this.diskChanged({text, version, trouble});
       this.app.submit();
@@ -59,6 +70,50 @@ export class FileWork {
     if (!name) this.app.start.show(gallery, recent);
     this.takeDraft();
     if (trouble) this.app.hint(trouble);
+    this.takeShared(window.location.href);
+    window.addEventListener("hashchange", () => this.takeShared(window.location.href));
+  }
+
+  /* A script that stands behind the # of an address; the address loses it, so that a reload does not bring it again. */
+  async takeShared(address) {
+    try {
+      const text = await shared(address);
+      if (text === null) return false;
+      if (address === window.location.href) window.history.replaceState(null, "", window.location.pathname + window.location.search);
+      if (this.dirty && this.app.editor.text.trim() && !window.confirm("Your text is not saved. Open the shared script?")) return true;
+      this.opened({name: "", text, version: "", words: ""});
+      this.app.hint("This script came with a link. Save gives it a file.");
+    } catch {
+      this.app.hint("The script in this link is broken: copy the link again, whole.");
+    }
+    return true;
+  }
+
+  async copyLink() {
+    const address = await link(this.app.editor.text);
+    try {
+      await navigator.clipboard.writeText(address);
+      this.app.hint("A link with the whole script is on the clipboard.");
+    } catch {
+      const [row, input] = this.field("Link", {value: address, readonly: true, "data-testid": "link-text"});
+      this.sheet("Link", [make("p", {text: "The browser does not let the page copy it. Copy it from here."}), row]);
+      input.select();
+    }
+  }
+
+  /* The page of scripts again. */
+  startAgain(source) {
+    if (this.dirty && this.app.editor.text.trim() && !window.confirm("Your text is not saved. Leave it?")) return;
+    if (source === "blank") { this.app.send({kind: "open", source: "blank", number: 0, name: ""}); return; }
+    this.app.start.show(this.gallery, this.recent, Boolean(this.app.editor.text));
+    this.app.send({kind: "start"});
+  }
+
+  /* A text that was dropped on the page. */
+  openText(text, name) {
+    if (this.dirty && this.app.editor.text.trim() && !window.confirm("Your text is not saved. Open another file?")) return;
+    if (!name.endsWith(".mov")) { this.app.hint(`Put ${name} into the script's folder, then open it there.`); return; }
+    this.opened({name: "", text, version: "", words: ""});
   }
 
   /* A text that was not saved outlives a reload of the page. */
@@ -125,7 +180,7 @@ export class FileWork {
   notice(words, choices = []) {
     const place = byId("notice");
     place.hidden = !words;
-    place.replaceChildren(make("span", {text: words}), ...choices.map(([text, act], k) => make("button", {
+    place.replaceChildren(make("span", {}, ...inline(words)), ...choices.map(([text, act], k) => make("button", {
       type: "button", text, "data-testid": `choice-${k}`, onclick: () => { place.hidden = true; act(); },
     })));
   }
@@ -179,6 +234,14 @@ export class FileWork {
     place.showModal();
   }
 
+  /* Something to look at, and to close. */
+  sheet(title, rows) {
+    const place = byId("dialog");
+    place.replaceChildren(make("h2", {text: title}), ...rows, make("div", {class: "bar"}, make("button", {type: "button", class: "main", "data-testid": "sheet-close", text: "Close", onclick: () => place.close()})));
+    place.showModal();
+    return place;
+  }
+
   field(label, attributes) {
     const input = make("input", {"aria-label": label, ...attributes});
     return [make("label", {}, make("span", {text: label}), input), input];
@@ -201,7 +264,9 @@ export class FileWork {
     this.app.send({kind: "files"});
     this.dialog("Open", [make("p", {text: words}), names, row], () => {
       if (this.dirty && !window.confirm("Your text is not saved. Open another file?")) return;
-      this.app.send({kind: "open", source: "folder", number: 0, name: input.value.trim()});
+      const wanted = input.value.trim();
+      if (wanted.includes("#")) { byId("dialog").close(); this.base = this.app.editor.text; this.takeShared(wanted); return; }
+      this.app.send({kind: "open", source: "folder", number: 0, name: wanted});
     }, "Open");
   }
 
@@ -224,6 +289,11 @@ export class FileWork {
       place.close();
       this.render(input.value.trim(), Number(scale.value) || 1, still.checked ? this.app.clock.time : null);
     }, "Render");
+  }
+
+  askPage() {
+    const [row, input] = this.field("File", {value: `${this.stem()}.html`, required: true, "data-testid": "page-name"});
+    this.dialog("Save as page", [make("p", {text: "One file that plays offline in any browser."}), row], (place) => { place.close(); this.render(input.value.trim(), 1, null); }, "Save");
   }
 
   render(name, scale, at) {
@@ -253,17 +323,16 @@ export class FileWork {
 
   showKeys() {
     const rows = [["Space", "play or pause (outside the script)"], ["← →", "one frame"], ["Home End", "first and last frame"],
-      ["V A R G F T U D E", "tools: select, anchor, rod, angle, fix, attract, turn, delete, edit shape"],
+      ["V E", "tools: select, edit shape"], ["A R B", "tools: anchor, rod, plate"], ["F G U T D", "tools: fix, angle, turn, attract, delete"],
+      ["0–9 Tab Enter", "while drawing: length, angle, done"], ["Alt", "while drawing: snap to nothing"],
+      ["Shift and click, or drag", "select several"], ["Y", "keep the pose that your hand has made"],
       [". and ,", "the next and the previous point"], ["Shift and arrows", "move the cross; with Select, the point it is at"], ["Enter", "use the tool where the cross is"], ["+ − 0", "zoom in, out, fit"],
-      ["Q", "the next view: plain, names, free motions"], ["N P L M S I", "names, points, traces, free motions, velocities, information"],
+      ["Q", "the next view: plain, names, free motions"], ["N P L M S H O I", "names, points, traces, free motions, velocities, grid, ghosts, information"],
       ["W", "full screen"], ["C Shift-C", "copy the picture as PNG, as SVG"], ["Shift-S", "save what is on show as PNG"],
       ["K", "record what is done by hand; again: save it as a film"], ["X", "clear the sheet"], ["Delete", "remove what is selected"],
       ["Ctrl-space", "in the script: what may be written here"], ["F1 F2 Shift-Alt-F", "in the script: what a name is, rename, format"],
-      ["Alt and drag on a number", "changes it"], ["Escape", "let go; in the script: back to the picture"],
+      ["Handle at a number", "drag it: the number changes"], ["Escape", "let go; in the script: back to the picture"],
       ["Ctrl-S Ctrl-O", "save, open"], ["Ctrl-Z Ctrl-Y", "undo, redo"], ["Ctrl-E", "to the script"]];
-    const place = byId("dialog");
-    place.replaceChildren(make("h2", {text: "Keys"}), make("dl", {}, ...rows.flatMap(([key, words]) => [make("dt", {text: key}), make("dd", {text: words})])),
-      make("div", {class: "bar"}, make("button", {type: "button", class: "main", text: "Close", onclick: () => place.close()})));
-    place.showModal();
+    this.sheet("Keys", [make("dl", {}, ...rows.flatMap(([key, words]) => [make("dt", {text: key}), make("dd", {text: words})]))]);
   }
 }

@@ -1,5 +1,5 @@
 /* For a first mechanism: what to do next, as long as it is not done. */
-import {byId, make} from "./dom.js";
+import {byId, glyph, make} from "./dom.js";
 
 export class Guide {
   constructor(app) {
@@ -45,9 +45,9 @@ export class Guide {
     place.hidden = !this.on;
     if (!this.on) return;
     const steps = this.steps(), next = steps.findIndex(([done]) => !done);
-    const close = make("button", {type: "button", text: "×", "aria-label": "Close the guide", "data-testid": "guide-close", onclick: () => this.end()});
+    const close = make("button", {type: "button", "aria-label": "Close the guide", "data-testid": "guide-close", onclick: () => this.end()}, glyph("close"));
     const words = next < 0
-      ? make("p", {text: "You have made a mechanism. Change a number in its text and see what happens. Save keeps it, Render… makes a film of it."})
+      ? make("p", {text: "You have made a mechanism. Change a number in its text and see what happens. Save keeps it, Render makes a film of it."})
       : make("p", {}, make("b", {text: `${next + 1} of ${steps.length} `}), make("span", {text: steps[next][1]}));
     place.replaceChildren(words, close);
     this.suggest(next < 0 ? null : steps[next][2]);

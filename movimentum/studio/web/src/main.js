@@ -18,7 +18,16 @@ import {Cross} from "./cross.js";
 import {Record} from "./record.js";
 import {Start} from "./start.js";
 import {Guide} from "./guide.js";
-import {byId, make} from "./dom.js";
+import {Panel, inline} from "./panel.js";
+import {Faces} from "./faces.js";
+import {Context} from "./context.js";
+import {Forms} from "./forms.js";
+import {Plots} from "./plots.js";
+import {Drop} from "./drop.js";
+import {Spoken} from "./spoken.js";
+import {Steps} from "./steps.js";
+import {splitter} from "./layout.js";
+import {byId} from "./dom.js";
 
 class App {
   constructor() {
@@ -30,9 +39,12 @@ class App {
     this.keyMs = [];
     this.begun = false;
     this.pressed = 0;
-    this.selected = null;
+    this.finished = false;
+    this.selection = []; // [{thing, anchor, name, at}], what is selected last comes last
     this.stage = new Stage(byId("stage"));
-    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.controls.moved(); this.claims.mark(); }, settled: () => this.look()});
+    this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.plots.draw(); this.claims.mark(); this.faces.show(); }, settled: () => { this.look(); this.spoken.soon(); }});
+    this.steps = new Steps(this);
+    this.faces = new Faces(this);
     this.assist = new Assist(this);
     this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved(), extensions: this.assist.extensions});
     this.velocities = new Velocities(this);
@@ -47,6 +59,13 @@ class App {
     this.playNext = false;
     this.hand = new Hand(this);
     this.pointer = new Pointer(this);
+    this.panel = new Panel(this);
+    this.context = new Context(this);
+    this.forms = new Forms(this);
+    this.plots = new Plots(this);
+    this.drop = new Drop(this);
+    this.spoken = new Spoken(this);
+    splitter();
     this.cross = new Cross(this);
     this.files = new FileWork(this);
     this.controls = new Controls(this);
@@ -62,13 +81,12 @@ class App {
   }
 
   hint(words) {
-    byId("hint").textContent = words || "";
+    byId("hint").replaceChildren(...inline(words || ""));
   }
 
   connection(on) {
-    const place = byId("link");
-    place.textContent = on ? "" : "no connection: what you type is kept here";
-    place.dataset.on = String(on);
+    this.begun = this.begun || on;
+    this.faces.connection(on);
     if (!on) this.assist.forget();
   }
 
@@ -81,7 +99,9 @@ class App {
     if (byKey) this.keys.set(this.rev, now - this.pressed < 1000 && this.pressed ? this.pressed : now);
     this.places = null;
     this.assist.forget();
-    this.selected = null; // what it was may have another number now
+    this.selection = []; // what it was may have another number now
+    this.panel.select([]);
+    this.steps.changed(update);
     this.files.changed();
     this.claims.doubt();
     this.settled = false;
@@ -89,29 +109,9 @@ class App {
   }
 
   submit() {
+    this.finished = false;
     this.send({kind: "text", rev: this.rev, text: this.editor.text, time: this.clock.time});
-    clearTimeout(this.waiting);
-    clearTimeout(this.paling);
-    this.waiting = setTimeout(() => this.busy(true), 700);
-    this.paling = setTimeout(() => this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev), 200);
-  }
-
-  /* What takes long says so, and can be stopped. */
-  busy(on) {
-    clearTimeout(this.waiting);
-    const place = byId("busy");
-    const late = on && this.link.ready && (this.rev !== this.shownRev || this.stage.glimpse);
-    place.hidden = !late;
-    clearInterval(this.counting);
-    if (!late) return;
-    const stop = make("button", {type: "button", text: "Stop", "data-testid": "stop", onclick: () => {
-      this.send({kind: "stop", rev: this.rev});
-      this.busy(false);
-      this.hint("Stopped. Your next edit is solved again.");
-    }});
-    const begun = performance.now(), words = make("span", {text: "solving …"});
-    this.counting = setInterval(() => { words.textContent = `solving … ${Math.round((performance.now() - begun) / 1000)} s`; }, 1000);
-    place.replaceChildren(make("progress", {"aria-label": "Solving"}), words, stop);
+    this.faces.begin();
   }
 
   get offsets() {
@@ -136,8 +136,9 @@ class App {
       named: () => this.assist.told(message),
       meant: () => this.assist.told(message),
       edits: () => { if (!this.assist.told(message)) this.edited(message); },
-      answer: () => this.answered(message),
-      plotted: () => this.controls.plotted(message),
+      answer: () => this.panel.answer(message),
+      plotted: () => this.plots.told(message),
+      stored: () => this.drop.stored(message),
       claims: () => this.claims.told(message),
       speeds: () => this.velocities.told(message),
       thumbnail: () => this.start.thumbnail(message),
@@ -167,15 +168,15 @@ class App {
         .sort((a, b) => rank[a.severity] - rank[b.severity]); // the worst first, and its fixes
       this.settled = true;
     }
-    if (final) this.busy(false);
+    if (final) this.finished = true;
     if (final && !understood && !this.editor.text.trim()) {
       this.stage.clear();
       this.clock.film({frames: 1, fps: 24, start: 0, steps: []});
       this.shownRev = rev;
-      this.stage.canvas.classList.remove("stale");
     }
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
+    if (final || this.faces.broken) this.faces.end();
     if (final && (!understood || stage === "path")) this.claims.forget();
   }
 
@@ -185,11 +186,17 @@ class App {
     showProblems(byId("problems"), blank ? [] : this.diagnostics, {
       settled: this.settled,
       calm: blank ? "Draw with the tools, or type." : "Everything is determined and agrees.",
-      poses: () => this.ask("solutions", ""),
+      poses: () => this.panel.ask("solutions", ""),
       mean: (code) => this.assist.mean(code),
-      go: (item) => { if (item.from !== null) { this.editor.select(this.offsets.span([item.from, item.to])); this.editor.focus(); } },
+      go: (item) => this.goTo(item),
       fix: (fix) => this.editor.apply(fix.edits.map((edit) => ({from: this.offsets.unit(edit.from), to: this.offsets.unit(edit.to), text: edit.text}))),
     });
+  }
+
+  goTo(item) {
+    if (item.from === null) return;
+    this.editor.select(this.offsets.span([item.from, item.to]));
+    this.editor.focus();
   }
 
   filmShown({rev, glimpse, scene, film}) {
@@ -199,11 +206,12 @@ class App {
     this.stage.show(film, scene, glimpse);
     if (!glimpse) this.velocities.forget();
     this.traces.forget();
-    if (!glimpse && rev === this.rev) this.busy(false);
     if (!glimpse && scene.all > scene.most) this.hint(`The film has ${scene.all} frames; the first ${scene.frames} are shown.`);
     this.pictured(rev);
+    if (!glimpse && rev === this.rev) this.faces.end();
+    this.spoken.soon();
     this.guide.show();
-    if (!glimpse && this.controls.plotting) this.controls.plot(this.controls.plotting);
+    if (!glimpse && this.plots.curves.length) this.plots.ask();
     if (this.playNext && !glimpse && rev === this.rev && scene.frames > 1) {
       this.playNext = false;
       this.clock.play();
@@ -212,11 +220,11 @@ class App {
 
   pictureKept({rev, scene}) {
     if (rev < this.shownRev) return;
-    if (rev === this.rev) this.busy(false);
     if (scene === null) { this.pictured(rev, true); return; }
     this.useScene(rev, scene);
     this.stage.draw();
     this.pictured(rev);
+    if (rev === this.rev) this.faces.end();
   }
 
   /* Steps, statements and things of the text that is shown. */
@@ -224,7 +232,7 @@ class App {
     this.clock.film(scene);
     if (rev === this.rev) {
       const {offsets} = this;
-      scene.things.forEach((thing) => { thing.range = thing.span ? offsets.span(thing.span) : null; });
+      scene.things.forEach((thing) => { thing.range = thing.span ? offsets.span(thing.span) : null; thing.places = thing.uses.map((span) => offsets.span(span)); });
       scene.statements.forEach((item) => { item.range = offsets.span(item.span); });
       scene.constants.forEach((item) => { item.range = item.span ? offsets.span(item.span) : null; });
       this.spansRev = rev;
@@ -240,7 +248,7 @@ class App {
       if (number === rev) this.keyMs.push(performance.now() - begun);
       this.keys.delete(number);
     }
-    this.stage.canvas.classList.toggle("stale", this.rev !== this.shownRev);
+    this.faces.show();
     if (!early) this.stage.lit = new Set();
   }
 
@@ -254,27 +262,47 @@ class App {
   motionsFree({rev, time, motions, things}) {
     if (rev !== this.shownRev || Math.abs(time - this.clock.time) > 1e-9) return;
     this.stage.free = {motions, things};
-    this.controls.freedom(motions);
+    this.panel.freedom(motions);
     this.stage.draw();
   }
 
   /* --- picture and text --- */
 
-  selectThing(hit) {
+  /* `more`: beside what is selected already, or not any more. */
+  selectThing(hit, more = false) {
     const {stage} = this;
-    this.selected = hit;
-    const thing = hit && stage.scene.things[hit.thing];
-    if (!thing || this.spansRev !== this.rev) {
-      this.editor.mark([]);
-      this.controls.selection(null);
-      stage.lit = new Set();
-      return;
-    }
-    stage.lit = new Set([hit.thing]);
-    const about = stage.scene.statements.filter((item) => item.things.includes(hit.thing)).map((item) => [...item.range, "mov-about"]);
-    this.editor.mark([...about, ...(thing.range ? [[...thing.range, "mov-thing"]] : [])]);
-    if (thing.range) this.editor.select(thing.range);
-    this.controls.selection(hit);
+    if (more && hit) {
+      const there = this.selection.some(({thing}) => thing === hit.thing);
+      this.choose(there ? this.selection.filter(({thing}) => thing !== hit.thing) : [...this.selection, hit]);
+    } else if (!more) this.choose(hit && stage.scene.things[hit.thing] && this.spansRev === this.rev ? [hit] : []);
+  }
+
+  /* Everything whose points are all in a box. */
+  selectBox([[x, y], [u, v]]) {
+    const {stage} = this, within = ([a, b]) => a >= Math.min(x, u) && a <= Math.max(x, u) && b >= Math.min(y, v) && b <= Math.max(y, v);
+    const anchors = stage.anchors();
+    const found = (stage.scene ? stage.scene.things : []).map((thing, number) => ({thing: number, anchor: null, name: thing.name, at: null, of: anchors.filter((item) => item.thing === number)}))
+      .filter(({thing, of}) => !stage.scene.things[thing].hidden && of.length && of.every(({at}) => within(at)));
+    this.choose(found.map(({of, ...hit}) => hit));
+  }
+
+  choose(hits) {
+    const {stage} = this, numbers = new Set(hits.map(({thing}) => thing));
+    this.selection = hits;
+    stage.lit = numbers;
+    this.panel.select(hits);
+    if (!hits.length || this.spansRev !== this.rev) { this.editor.mark([]); stage.draw(); return; }
+    const about = stage.scene.statements.filter((item) => item.range && item.things.some((thing) => numbers.has(thing))).map((item) => [...item.range, "mov-about"]);
+    const own = [...numbers].map((number) => stage.scene.things[number].range).filter(Boolean);
+    const uses = [...numbers].flatMap((number) => stage.scene.things[number].places || []).map((range) => [...range, "mov-about"]);
+    this.editor.mark([...about, ...uses, ...own.map((range) => [...range, "mov-thing"])]);
+    if (own.length === 1) this.editor.select(own[0]);
+    stage.draw();
+  }
+
+  deleteSelection() {
+    const names = this.selection.map(({thing}) => this.stage.scene.things[thing].name);
+    if (names.length) this.useTool("delete", names, []);
   }
 
   cursorMoved() {
@@ -283,32 +311,27 @@ class App {
     const covers = (range) => range && range[0] <= place && place <= range[1];
     const lit = new Set();
     for (const item of stage.scene.statements) if (covers(item.range)) item.things.forEach((thing) => lit.add(thing));
-    stage.scene.things.forEach((thing, number) => { if (covers(thing.range)) lit.add(number); });
+    stage.scene.things.forEach((thing, number) => { if (covers(thing.range) || (thing.places || []).some(covers)) lit.add(number); });
     stage.lit = lit;
     this.editor.mark([]);
     stage.draw();
   }
 
   useTool(tool, names, points) {
+    this.using = tool;
     this.send({kind: "tool", rev: this.rev, tool, names, points, time: this.clock.time});
   }
 
   edited({rev, edits, select, words}) {
     if (words) this.hint(words);
-    if (!edits.length) this.playNext = false;
+    if (!edits.length) { this.playNext = false; this.stage.shift = null; this.stage.draw(); this.faces.show(); }
     if (rev !== this.rev || !edits.length) return;
     const {offsets} = this;
     const changes = edits.map((edit) => ({from: offsets.unit(edit.from), to: offsets.unit(edit.to), text: edit.text}));
+    this.steps.next = this.using ? `Tool: ${this.using}` : "";
+    this.using = "";
     this.editor.apply(changes);
     if (select.length) this.editor.select(this.offsets.span(select));
-  }
-
-  ask(question, name) {
-    this.send({kind: "ask", rev: this.shownRev, question, name, time: this.clock.time});
-  }
-
-  answered({question, name, words, choices, film}) {
-    this.controls.answer(question, name, words, choices, film);
   }
 
   tellWhy(name, words) {
@@ -337,6 +360,17 @@ class App {
       velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
       recorded: this.record.on ? this.record.count : null,
       traces: this.traces.state(),
+      temporary: this.faces.temporary,
+      solving: this.faces.solving,
+      stopped: this.faces.stopped,
+      face: this.faces.face,
+      selection: this.selection.map(({name}) => name),
+      panel: this.panel.state(),
+      ghosts: this.stage.ghostFrames(),
+      labels: this.stage.labels || [],
+      texts: this.stage.picture ? this.stage.picture.boxes : [],
+      plot: this.plots.curves.map(({text, rows}) => ({text, known: rows !== null})),
+      plotCursor: this.plots.cursor || null,
       zoom: this.stage.view().scale,
       saved: !this.files.dirty,
     };

@@ -1,5 +1,6 @@
 /* What is wrong, with buttons that mend it. */
 import {make} from "./dom.js";
+import {inline} from "./panel.js";
 
 const meanings = new Map(), open = new Set(); // by code; what is open stays open while somebody types
 
@@ -26,13 +27,13 @@ export function showProblems(place, diagnostics, {go, fix, poses, mean, settled,
     const where = item.line === null ? "" : `line ${item.line}`;
     const row = make("div", {class: `problem ${item.severity}`},
       make("button", {type: "button", class: "go", title: "Go to this place", onclick: () => go(item)},
-        make("b", {text: item.severity}), make("span", {class: "where", text: where}), make("span", {text: item.message})),
-      ...item.notes.map((note) => make("p", {text: note})));
+        make("b", {text: item.severity}), make("span", {class: "where", text: where}), make("span", {}, ...inline(item.message))),
+      ...item.notes.map((note) => make("p", {}, ...inline(note))));
     const fixes = item.fixes || [];
     const titles = new Set(fixes.map((each) => each.title));
-    for (const help of item.helps) if (!titles.has(help)) row.append(make("p", {text: `help: ${help}`}));
+    for (const help of item.helps) if (!titles.has(help)) row.append(make("p", {}, ...inline(`help: ${help}`)));
     for (const each of fixes) {
-      row.append(make("button", {type: "button", class: "fix", "data-testid": `fix-${number}`, text: each.title, onclick: () => fix(each)}));
+      row.append(make("button", {type: "button", class: "fix", "data-testid": `fix-${number}`, onclick: () => fix(each)}, make("span", {}, ...inline(each.title))));
       number += 1;
     }
     if (item.code === "constraint/ambiguous") {

@@ -1,5 +1,5 @@
 /* What is done by hand as a film: every picture that is shown, with its time. */
-import {make} from "./dom.js";
+import {face, make} from "./dom.js";
 
 export class Record {
   constructor(app) {
@@ -42,7 +42,7 @@ export class Record {
 
   show() {
     this.button.setAttribute("aria-pressed", String(this.on));
-    this.button.textContent = this.on ? `■ ${this.count}` : "● Record";
+    face(this.button, this.on ? "stop" : "record", this.on ? String(this.count) : "");
   }
 
   end() {

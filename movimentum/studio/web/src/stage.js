@@ -1,9 +1,11 @@
 /* The picture: the film's painter with a view of its own, what is laid over it, and what is under the pointer. */
 /* global MovimentumPainter */
+import {onPaper} from "./dom.js";
 
 const HUES = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 const BLANK = [0, 0, 640, 480];
 const NEAR = 9; // pixels
+const GHOSTS = 8;
 
 class Picture extends MovimentumPainter {
   constructor(film, stage) {
@@ -12,10 +14,21 @@ class Picture extends MovimentumPainter {
     this.tracing = true;
     this.unwanted = new Set();
     this.known = new Map();
+    this.extents = new Map();
+    this.boxes = []; // of texts, in the canvas's pixels
     this.exact = film.exact ? new Float64Array(Uint8Array.from(atob(film.exact), (c) => c.charCodeAt(0)).buffer) : null;
   }
 
   pose(index, frame) {
+    const [dx, dy] = this.stage.shiftOf(this.film.numbers[index]);
+    if (dx || dy) {
+      const [x, y, degrees] = this.still(index, frame);
+      return [x + dx, y + dy, degrees];
+    }
+    return this.still(index, frame);
+  }
+
+  still(index, frame) {
     const held = this.stage.held;
     if (!held) return super.pose(index, frame);
     const [x, y, c, s] = held.slice(4 * this.film.numbers[index], 4 * this.film.numbers[index] + 4);
@@ -30,7 +43,8 @@ class Picture extends MovimentumPainter {
     if (!held && this.exact) { places = this.exact; from = 4 * (number * this.film.frames + frame); }
     if (places) {
       const ox = places[from], oy = places[from + 1], c = places[from + 2], s = places[from + 3];
-      return [ox + c * x - s * y, oy + s * x + c * y];
+      const [dx, dy] = this.stage.shiftOf(number);
+      return [ox + c * x - s * y + dx, oy + s * x + c * y + dy];
     }
     const index = this.film.numbers.indexOf(number);
     if (index < 0) return null;
@@ -44,12 +58,23 @@ class Picture extends MovimentumPainter {
   }
 
   words(mark) {
-    if (this.film.marks.includes(mark)) this.moved(mark, (there) => super.words(there)); else super.words(mark);
+    this.moved(mark, (there) => super.words(there));
+  }
+
+  /* Where texts are: names keep off them. */
+  text(mark) {
+    if (!this.extents.has(mark)) this.extents.set(mark, extent(mark.path));
+    const [left, low, right, high] = this.extents.get(mark);
+    const there = this.context.getTransform().multiply(new DOMMatrix(mark.matrix));
+    const corners = [[left, low], [right, low], [right, high], [left, high]].map(([x, y]) => there.transformPoint({x, y}));
+    const [xs, ys] = [corners.map(({x}) => x), corners.map(({y}) => y)];
+    this.boxes.push([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)]);
+    super.text(mark);
   }
 
   moved(mark, paint) {
     const other = this.stage.held && this.stage.redrawn;
-    if (!other) { paint(mark); return; }
+    if (!other || !this.film.marks.includes(mark)) { paint(mark); return; }
     const place = other.live.indexOf(this.film.live[this.film.marks.indexOf(mark)]);
     if (place < 0) return; // it is not seen there
     const {poses, frame} = this;
@@ -70,13 +95,34 @@ class Picture extends MovimentumPainter {
     this.stage.transform(context);
     context.fillStyle = this.film.background || this.film.paper;
     context.fillRect(left, bottom, right - left, top - bottom);
+    this.stage.drawGhosts(context);
   }
 
   draw() {
     if (!this.images || this.stage.picture !== this) return;
+    this.boxes = [];
     super.draw();
     this.stage.drawOver(this.context);
     this.stage.shown();
+  }
+
+  /* The parts alone as they are in some frames, each paler than the picture: on a sheet of its own. */
+  ghostsOf(frames) {
+    const {context, frame, stage} = this, {held, redrawn} = stage;
+    const sheet = document.createElement("canvas");
+    sheet.width = this.canvas.width;
+    sheet.height = this.canvas.height;
+    stage.held = stage.redrawn = null;
+    this.context = sheet.getContext("2d");
+    this.context.lineCap = this.context.lineJoin = "round";
+    stage.transform(this.context);
+    for (const each of frames) {
+      this.frame = Math.min(each, this.film.frames - 1);
+      this.drawMarks(this.film.marks, this.film.camera);
+    }
+    Object.assign(stage, {held, redrawn});
+    Object.assign(this, {context, frame});
+    return sheet;
   }
 
   /* The film's own picture on another canvas, without what the page lays over it. */
@@ -109,6 +155,14 @@ export class Stage {
     this.shown = () => {};
     this.hovered = null;
     this.band = null;
+    this.guides = []; // lines that something snaps to
+    this.pencil = []; // what is being drawn: corners, or the middle and a point of a circle
+    this.round = false;
+    this.box = null; // of a selection that is being drawn
+    this.ghosts = "off"; // poses beside the one on show: "off", "here" (at `ghost`), "many"
+    this.ghost = 0;
+    this.grid = false;
+    this.shift = null; // {things, by}: what a hand moves that no statement holds
     this.userView = null;
     this.frame = 0;
     this.rect = BLANK;
@@ -139,8 +193,20 @@ export class Stage {
     return {x: (left + right) / 2, y: (bottom + top) / 2, scale};
   }
 
-  transform(context) {
+  /* The same through the film's camera. */
+  seen() {
     const {x, y, scale} = this.view();
+    const [zoom, right, up] = this.camera();
+    return {x: (x - right) / zoom, y: (y - up) / zoom, scale: scale * zoom};
+  }
+
+  /* What the film's camera makes of a world point: as much larger, and moved. */
+  camera() {
+    const film = this.picture && this.picture.film;
+    return film && film.camera ? film.camera.map((number) => this.picture.value(number, this.picture.frame)) : [1, 0, 0];
+  }
+
+  transform(context, {x, y, scale} = this.view()) {
     const fine = this.canvas.width / Math.max(1, this.canvas.clientWidth);
     const k = fine * scale;
     context.setTransform(k, 0, 0, -k, this.canvas.width / 2 - k * x, this.canvas.height / 2 + k * y);
@@ -148,12 +214,11 @@ export class Stage {
 
   /* From the world to the canvas in the page's pixels, and back. */
   local([wx, wy]) {
-    const {x, y, scale} = this.view();
+    const {x, y, scale} = this.seen();
     return [this.canvas.clientWidth / 2 + scale * (wx - x), this.canvas.clientHeight / 2 - scale * (wy - y)];
   }
 
-  world([px, py]) {
-    const {x, y, scale} = this.view();
+  world([px, py], {x, y, scale} = this.seen()) {
     return [x + (px - this.canvas.clientWidth / 2) / scale, y - (py - this.canvas.clientHeight / 2) / scale];
   }
 
@@ -169,11 +234,11 @@ export class Stage {
   }
 
   zoom(factor, [px, py] = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2]) {
-    const before = this.world([px, py]);
+    const before = this.world([px, py], this.view());
     const {x, y, scale} = this.view();
     const wanted = Math.min(200, Math.max(0.01, scale * factor));
     this.userView = {x, y, scale: wanted};
-    const after = this.world([px, py]);
+    const after = this.world([px, py], this.view());
     this.userView = {x: x + before[0] - after[0], y: y + before[1] - after[1], scale: wanted};
     this.draw();
   }
@@ -197,6 +262,11 @@ export class Stage {
     this.redrawn = marks && {live: marks.live, marks: marks.marks, numbers: this.picture.floats(marks.poses)};
   }
 
+  /* How far a hand has moved a thing that no statement holds. */
+  shiftOf(number) {
+    return this.shift && this.shift.things.has(number) ? this.shift.by : [0, 0];
+  }
+
   show(film, scene, glimpse) {
     const [a, , , d, e, f] = film.toImage;
     const rect = [-e / a, (film.height - f) / d, (film.width - e) / a, -f / d];
@@ -205,10 +275,11 @@ export class Stage {
     const before = this.picture;
     this.scene = scene;
     this.glimpse = glimpse;
-    this.held = null;
+    this.held = this.shift = null;
     const picture = new Picture(film, this);
     picture.load();
     this.picture = picture;
+    this.canvas.classList.toggle("paper", onPaper(film));
     if (before && film.images.length) { // a picture that is known needs not be waited for
       const known = new Map(before.film.images.map((source, k) => [source, before.images[k]]));
       picture.images = picture.images.map((image, k) => known.get(film.images[k]) || image);
@@ -219,7 +290,8 @@ export class Stage {
 
   /* A blank sheet. */
   clear() {
-    this.picture = this.scene = this.held = null;
+    this.picture = this.scene = this.held = this.shift = null;
+    this.canvas.classList.add("paper");
     this.free = {motions: [], things: []};
     this.lit = new Set();
     this.rect = BLANK;
@@ -245,6 +317,7 @@ export class Stage {
       this.transform(context);
       context.fillStyle = "#fff";
       context.fillRect(left, bottom, right - left, top - bottom);
+      if (this.grid) this.drawGrid(context, 1 / this.view().scale);
       this.drawOver(context);
       return;
     }
@@ -266,9 +339,9 @@ export class Stage {
   }
 
   drawOver(context) {
-    const {scale} = this.view();
+    const {scale} = this.seen();
     const px = 1 / scale;
-    this.transform(context);
+    this.transform(context, this.seen());
     context.globalAlpha = 1;
     context.setLineDash([]);
     context.lineCap = context.lineJoin = "round";
@@ -284,17 +357,94 @@ export class Stage {
     if (this.arrows && !this.held) this.drawArrows(context, px);
     this.drawWishes(context, px);
     this.drawPins(context, px);
-    if (this.band) {
-      context.strokeStyle = "#0072b2";
-      context.lineWidth = 2 * px;
-      context.setLineDash([6 * px, 5 * px]);
+    this.drawPencil(context, px);
+    if (this.names) this.drawNames(context, anchors);
+  }
+
+  /* What is being drawn, and what it snaps to. */
+  drawPencil(context, px) {
+    const dashed = (points, color, width, dash, closed = false) => {
+      context.strokeStyle = color;
+      context.lineWidth = width * px;
+      context.setLineDash(dash.map((each) => each * px));
       context.beginPath();
-      context.moveTo(...this.band[0]);
-      context.lineTo(...this.band[1]);
+      points.forEach((point, k) => (k ? context.lineTo(...point) : context.moveTo(...point)));
+      if (closed) context.closePath();
       context.stroke();
       context.setLineDash([]);
+    };
+    for (const guide of this.guides) dashed(guide, "#cc2f8f", 1, [4, 4]);
+    if (this.band) dashed(this.band, "#0072b2", 2, [6, 5]);
+    if (this.pencil.length > 1 && this.round) {
+      const [[x, y], [u, v]] = this.pencil;
+      context.strokeStyle = "#0072b2";
+      context.lineWidth = 2 * px;
+      context.beginPath();
+      context.arc(x, y, Math.hypot(u - x, v - y), 0, 2 * Math.PI);
+      context.stroke();
+    } else if (this.pencil.length > 1) dashed(this.pencil, "#0072b2", 2, [6, 5]);
+    for (const at of this.pencil) this.dot(context, at, 3.5 * px, "#0072b2");
+    if (this.box) {
+      const [[x, y], [u, v]] = this.box;
+      context.fillStyle = "rgba(0, 114, 178, 0.1)";
+      context.fillRect(Math.min(x, u), Math.min(y, v), Math.abs(u - x), Math.abs(v - y));
+      dashed([[x, y], [u, y], [u, v], [x, v]], "#0072b2", 1, [], true);
     }
-    if (this.names) this.drawNames(context, anchors);
+  }
+
+  drawGrid(context, px) {
+    const [left, bottom, right, top] = this.rect, step = this.gridStep();
+    context.lineWidth = px;
+    for (let x = Math.ceil(left / step) * step; x <= right; x += step) this.gridLine(context, [x, bottom], [x, top], Math.round(x / step) % 5 === 0);
+    for (let y = Math.ceil(bottom / step) * step; y <= top; y += step) this.gridLine(context, [left, y], [right, y], Math.round(y / step) % 5 === 0);
+  }
+
+  gridLine(context, from, to, strong) {
+    context.strokeStyle = strong ? "rgba(90, 110, 140, 0.28)" : "rgba(90, 110, 140, 0.13)";
+    context.beginPath();
+    context.moveTo(...from);
+    context.lineTo(...to);
+    context.stroke();
+  }
+
+  /* Of a grid whose squares can be seen. */
+  gridStep() {
+    let step = 10;
+    while (step * this.view().scale < 7) step *= 5;
+    return step;
+  }
+
+  /* Other poses: under the parts. Their sheet is kept while nothing about it changes. */
+  drawGhosts(context) {
+    const {picture} = this;
+    if (this.grid) {
+      this.transform(context);
+      context.globalAlpha = 1;
+      this.drawGrid(context, 1 / this.view().scale);
+    }
+    const frames = this.ghostFrames();
+    if (!frames.length) return;
+    const {x, y, scale} = this.view();
+    const key = [frames, x, y, scale, this.canvas.width, this.canvas.height, picture.images.every((image) => image.complete)].join();
+    if (picture.ghostKey !== key) {
+      picture.ghostKey = key;
+      picture.ghostSheet = picture.ghostsOf(frames);
+    }
+    context.save();
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.globalAlpha = 0.22;
+    context.drawImage(picture.ghostSheet, 0, 0);
+    context.restore();
+  }
+
+  /* The poses that are shown as ghosts. What a hand has moved leaves one behind. */
+  ghostFrames() {
+    if (!this.picture || this.glimpse) return [];
+    const last = this.picture.film.frames - 1;
+    if (this.ghosts === "many" && last > 0) return Array.from({length: GHOSTS}, (_, k) => Math.round(k * last / (GHOSTS - 1)));
+    const found = this.ghosts === "here" ? [Math.min(this.ghost, last)] : [];
+    if (this.held) found.push(this.pictureFrame());
+    return found;
   }
 
   dot(context, at, radius, color) {
@@ -304,17 +454,72 @@ export class Stage {
     context.fill();
   }
 
+  /* A line around a thing as it is drawn, `width` broader than its own; through its anchors where nothing is drawn. */
   outline(context, number, color, width, anchors) {
+    const {picture} = this, thing = this.scene && this.scene.things[number];
+    if (!thing || !picture) return;
+    context.save();
+    context.strokeStyle = context.fillStyle = color;
+    let drawn = false;
+    for (const mark of picture.film.marks) {
+      if (picture.film.numbers[mark.body] !== number || picture.value(mark.opacity, picture.frame) <= 0) continue;
+      drawn = this.around(context, mark, width) || drawn;
+    }
+    if (!drawn) this.through(context, number, thing, width, anchors);
+    context.restore();
+  }
+
+  around(context, mark, width) {
+    const {picture} = this, [x, y, degrees] = picture.pose(mark.body, picture.frame);
+    const path = (rings, closed) => {
+      context.beginPath();
+      for (const ring of rings) {
+        ring.forEach((point, k) => (k ? context.lineTo(...point) : context.moveTo(...point)));
+        if (closed) context.closePath();
+      }
+      context.stroke();
+    };
+    context.save();
+    context.translate(x, y);
+    context.rotate(degrees * Math.PI / 180);
+    context.lineWidth = width;
+    const act = {
+      line: () => { context.lineWidth = width + mark.width; path([mark.points]); },
+      disc: () => { context.beginPath(); context.arc(...mark.centre, mark.radius + width / 4, 0, 2 * Math.PI); context.stroke(); },
+      image: () => {
+        const image = picture.images[mark.image];
+        context.transform(...mark.matrix);
+        context.lineWidth = width / Math.hypot(mark.matrix[0], mark.matrix[1]);
+        context.strokeRect(0, 0, image.naturalWidth, image.naturalHeight);
+      },
+      figure: () => {
+        const outer = mark.parts.reduce((best, part) => (part.rings[0].length > 2 && size(part.rings[0]) > size(best) ? part.rings[0] : best), []);
+        const fullest = outer.length ? mark.parts.filter((part) => part.rings[0] === outer) : mark.parts;
+        for (const part of fullest) {
+          if (part.form === "dot" || part.form === "ring") {
+            context.beginPath();
+            context.arc(...part.rings[0][0], part.form === "dot" ? part.width : part.radius, 0, 2 * Math.PI);
+            context.stroke();
+          } else {
+            context.lineWidth = width + (part.form === "stroke" ? part.width || 0 : 0);
+            path(part.rings, part.closed || part.form === "fill");
+          }
+        }
+      },
+    }[mark.kind];
+    if (act) act();
+    context.restore();
+    return Boolean(act);
+  }
+
+  through(context, number, thing, width, anchors) {
     const points = anchors.filter((item) => item.thing === number).map((item) => item.at);
-    const thing = this.scene && this.scene.things[number];
-    if (!thing) return;
     for (const [other, k] of thing.through) {
       const name = Object.keys(this.scene.things[other].anchors)[k];
       const found = anchors.find((item) => item.thing === other && item.anchor === name);
       if (found) points.push(found.at);
     }
     if (!points.length) return;
-    context.strokeStyle = color;
     context.lineWidth = width + (thing.width || 4);
     context.beginPath();
     if (points.length === 1) context.arc(...points[0], (thing.radius || 4) + width / 2, 0, 2 * Math.PI);
@@ -385,22 +590,38 @@ export class Stage {
     }
   }
 
+  /* Each name once, beside its point: off texts, off the points and off the other names, as far as there is room. */
   drawNames(context, anchors) {
     const fine = this.canvas.width / Math.max(1, this.canvas.clientWidth);
     context.setTransform(fine, 0, 0, fine, 0, 0);
     context.font = "12px system-ui, sans-serif";
-    context.textBaseline = "bottom";
+    context.textBaseline = "middle";
     context.lineWidth = 3;
-    const taken = new Map();
-    for (const {name, at} of anchors) {
-      const [x, y] = this.local(at);
-      const key = `${Math.round(x / 4)} ${Math.round(y / 4)}`;
-      const row = taken.get(key) || 0;
-      taken.set(key, row + 1);
+    const shown = anchors.filter(({thing}) => !this.scene.things[thing].hidden).map(({name, at}) => ({name, at: this.local(at)}));
+    const taken = [
+      ...this.picture.boxes.map((box) => box.map((value) => value / fine)),
+      ...shown.map(({at: [x, y]}) => [x - 4, y - 4, x + 4, y + 4]),
+    ];
+    this.labels = [];
+    for (const {name, at: [x, y]} of shown) {
+      const wide = context.measureText(name).width + 2, high = 14;
+      let best = null, least = Infinity;
+      for (const away of [8, 20, 32, 44]) {
+        for (const [dx, dy] of [[0.7, -0.7], [0.7, 0.7], [-0.7, -0.7], [-0.7, 0.7], [1, 0], [-1, 0], [0, -1], [0, 1]]) {
+          const left = x + away * dx + (dx > 0.1 ? 0 : dx < -0.1 ? -wide : -wide / 2), top = y + away * dy - high / 2;
+          const box = [left, top, left + wide, top + high];
+          const outside = box[0] < 0 || box[1] < 0 || box[2] > this.canvas.clientWidth || box[3] > this.canvas.clientHeight;
+          const cost = away / 40 + (outside ? 3 : 0) + taken.reduce((sum, other) => sum + overlap(box, other), 0);
+          if (cost < least) { least = cost; best = box; }
+        }
+        if (least < 1) break;
+      }
+      taken.push(best);
+      this.labels.push(best);
       context.strokeStyle = "rgba(255, 255, 255, 0.85)";
       context.fillStyle = "#333";
-      context.strokeText(name, x + 6, y - 4 - 13 * row);
-      context.fillText(name, x + 6, y - 4 - 13 * row);
+      context.strokeText(name, best[0] + 1, best[1] + high / 2);
+      context.fillText(name, best[0] + 1, best[1] + high / 2);
     }
   }
 
@@ -409,7 +630,7 @@ export class Stage {
   /* {thing, anchor, name, at}: an anchor where one is near, else a part (anchor and at are null); or null. */
   hit(point, {anchorsOnly = false, partsOnly = false} = {}) {
     if (!this.picture || !this.scene) return null;
-    const reach = NEAR / this.view().scale;
+    const reach = NEAR / this.seen().scale;
     if (!partsOnly) {
       let best = null, least = reach;
       for (const item of this.anchors()) {
@@ -426,17 +647,19 @@ export class Stage {
 
   part(point, left = new Set()) {
     const film = this.picture.film, frame = this.picture.frame;
+    const [zoom, right, up] = this.camera();
+    const still = [zoom * point[0] + right, zoom * point[1] + up];
     for (let k = film.marks.length - 1; k >= 0; k -= 1) {
       const mark = film.marks[k];
       if (this.picture.value(mark.opacity, frame) <= 0) continue;
-      const thing = this.covers(mark, point, frame);
+      const thing = this.covers(mark, mark.still ? still : point, frame);
       if (thing !== null && !left.has(this.scene.things[thing].shape)) return thing;
     }
     return null;
   }
 
   covers(mark, point, frame) {
-    const picture = this.picture, reach = 4 / this.view().scale;
+    const picture = this.picture, reach = 4 / this.seen().scale;
     if (mark.kind === "link" || mark.kind === "symbol") {
       const rings = mark.kind === "link"
         ? [{ring: mark.through.map(([body, x, y]) => picture.world(body, x, y, frame)), width: mark.width}]
@@ -517,6 +740,25 @@ export class Stage {
     const [dx, dy] = [point[0] - o[0], point[1] - o[1]];
     return [c * dx + s * dy, c * dy - s * dx];
   }
+}
+
+/* What a path's numbers reach to: [left, low, right, high]. */
+function extent(path) {
+  const values = (path.match(/-?\d*\.?\d+(?:e-?\d+)?/gi) || ["0", "0"]).map(Number);
+  const xs = values.filter((_, k) => k % 2 === 0), ys = values.filter((_, k) => k % 2 === 1);
+  const least = (some) => some.reduce((a, b) => Math.min(a, b), Infinity), most = (some) => some.reduce((a, b) => Math.max(a, b), -Infinity);
+  return [least(xs), least(ys), most(xs), most(ys)];
+}
+
+function overlap(a, b) {
+  const wide = Math.min(a[2], b[2]) - Math.max(a[0], b[0]), high = Math.min(a[3], b[3]) - Math.max(a[1], b[1]);
+  return wide > 0 && high > 0 ? 1 + wide * high / 50 : 0;
+}
+
+/* Of a ring: its box's width and height. */
+function size(ring) {
+  const xs = ring.map(([x]) => x), ys = ring.map(([, y]) => y);
+  return ring.length ? Math.max(...xs) - Math.min(...xs) + Math.max(...ys) - Math.min(...ys) : -1;
 }
 
 function pairs(numbers) {

@@ -1,6 +1,6 @@
 /* The start page: a blank sheet, what was open last, and examples that move. */
 /* global MovimentumPainter */
-import {byId, make} from "./dom.js";
+import {byId, make, onPaper} from "./dom.js";
 
 const WIDE = 132, HIGH = 88; // of a thumbnail, in pixels
 
@@ -11,13 +11,15 @@ export class Start {
     this.playing = [];
   }
 
-  show(gallery, recent) {
+  /* `back`: there is a script behind it. */
+  show(gallery, recent, back = false) {
     const place = byId("start"), {app} = this;
+    const close = back ? [make("button", {type: "button", "data-testid": "start-close", text: "Back to the script", onclick: () => { place.hidden = true; }})] : [];
     const blank = make("button", {type: "button", class: "main", "data-testid": "blank", text: "A blank sheet", onclick: () => this.blank()});
     place.replaceChildren(
       make("h2", {text: "Begin"}),
       make("p", {class: "calm", text: "Draw a mechanism on a blank sheet, or change an example."}),
-      make("div", {class: "cards"}, blank, make("button", {type: "button", "data-testid": "start-open", text: "Open a file…", onclick: () => app.files.askOpen()})),
+      make("div", {class: "cards"}, blank, make("button", {type: "button", "data-testid": "start-open", text: "Open a file …", onclick: () => app.files.askOpen()}), ...close),
       ...this.list("Open again", "recent", recent), ...this.list("Examples", "gallery", gallery));
     place.hidden = false;
   }
@@ -40,6 +42,7 @@ export class Start {
   }
 
   blank() {
+    if (this.app.editor.text) { this.app.send({kind: "open", source: "blank", number: 0, name: ""}); return; }
     byId("start").hidden = true;
     this.app.guide.begin();
     this.app.controls.choose("anchor");
@@ -55,6 +58,7 @@ export class Start {
     canvas.height = Math.max(1, film.height * scale * fine);
     canvas.style.width = `${film.width * scale}px`;
     canvas.style.height = `${film.height * scale}px`;
+    canvas.classList.toggle("paper", onPaper(film));
     const painter = new MovimentumPainter({...film, background: film.background || film.paper}, canvas);
     painter.tracing = film.traces.length > 0;
     painter.load();

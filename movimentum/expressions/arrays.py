@@ -86,5 +86,9 @@ class NumPy:
 ON_ARRAYS: dict[str, Callable[..., Any]] = column(NumPy())
 """Each operation by name; ``pow`` also takes the exponent."""
 
-NAMESPACE: dict[str, object] = {**ON_ARRAYS, "sincosd": sincosd, "float64": np.float64}
+NAMESPACE: dict[str, object] = {
+    **{name.replace("-", "_"): value for name, value in ON_ARRAYS.items()},
+    "sincosd": sincosd,
+    "float64": np.float64,
+}
 """The names in generated code."""

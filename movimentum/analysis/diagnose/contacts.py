@@ -1,0 +1,87 @@
+"""Contacts that are kept at one place while the outlines overlap at another."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.expressions import sub
+from movimentum.outlines.contour import Contour
+from movimentum.query import reader
+from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.outlines import Circle, outline_of
+from movimentum.solver.motion import PathMotion
+from movimentum.text import time_text
+from movimentum.tolerances import OVERLAP_TOLD
+
+INSTANTS = 400
+"""Of a step that are looked at."""
+_PAIR = re.compile(r"\.gap\(([^,()]+), ([^,()]+)\)")
+
+
+def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A note for each equation about a gap while whose outlines are nearer at another place than at the one that is
+    followed: with the time, and, if a roller is larger than a hollow, the radius that would do.
+    """
+    scene, told = motion.timeline.scene, set[int]()
+    for segment_motion in motion.segments:
+        segment = segment_motion.segment
+        for item in segment.active:
+            if not item.touches or item.number in told or _PAIR.fullmatch(item.key) is None:
+                continue
+            end = min(segment.end, motion.timeline.end)
+            steps = INSTANTS if end > segment.start else 0
+            times = [segment.start + (end - segment.start) * Fraction(k, max(1, steps)) for k in range(steps + 1)]
+            poses = motion.poses_at(times)
+            (read,) = reader(scene, [sub(item.left[0], item.right[0])])(poses)
+            off: FloatArray = np.where(poses.solved, read, np.nan)
+            below: list[int] = np.nonzero(off < -OVERLAP_TOLD * motion.segments[0].plan.size)[0].tolist()
+            if below:
+                told.add(item.number)
+                worst = int(np.argmin(np.where(np.isnan(off), np.inf, off)))
+                when = f"from t = {time_text(float(times[below[0]]))} on"
+                deep = f", by up to {-float(off[worst]):.3g} px at t = {time_text(float(times[worst]))}"
+                yield _undercut(scene, item, f"they overlap {when}{deep}") or _second(item, f"{when}{deep}")
+            elif segment_motion.troubles:
+                begin = time_text(float(min(trouble.begin for trouble in segment_motion.troubles) + segment.start))
+                if (undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}")) is not None:
+                    told.add(item.number)
+                    yield undercut
+
+
+def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
+    """A warning if one of a pair is round, and larger than a hollow of the other."""
+    found = _PAIR.fullmatch(item.key)
+    assert found is not None
+    by_name = {thing.name: thing for thing in scene.things}
+    for one, other in ((found[1], found[2]), (found[2], found[1])):
+        if one not in by_name or other not in by_name:
+            continue
+        roller, curve = outline_of(by_name[one]), outline_of(by_name[other])
+        if isinstance(roller, Circle) and isinstance(curve, Contour) and (least := hollow(curve)) < roller.radius:
+            message = f"`{one}`, of radius {roller.radius:g}, is too large for the hollows of `{other}`: {what}"
+            told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
+            return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
+    return None
+
+
+def _second(item: Constraint, when: str) -> Diagnostic:
+    message = f"these touch where they are followed, and overlap at another place {when}"
+    told = Diagnostic("contact/second", Severity.WARNING, message, item.span)
+    return told.advised("draw them nearer to that place, if it is the one that is meant")
+
+
+def hollow(curve: Contour) -> float:
+    """The least radius of the places where an outline is hollow; infinite if there are none."""
+    places = np.linspace(curve.first, curve.last, 4001)
+    _, _, tx, ty, dx, dy, rx, ry = curve.values(places)
+    with np.errstate(all="ignore"):
+        bend = curve.side * (tx * ry - ty * rx) / (tx * tx + ty * ty) / np.hypot(dx, dy)
+    bend = bend[np.isfinite(bend)]
+    most = float(bend.max()) if len(bend) else 0.0
+    return 1.0 / most if most > 0.0 else np.inf

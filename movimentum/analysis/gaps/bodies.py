@@ -1,0 +1,143 @@
+"""What can overlap: the things that are seen and have an outline, and the pairs of them that may."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from movimentum.analysis.diagnose.meshing import meshings
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import symbols
+from movimentum.outlines.contour import Contour
+from movimentum.outlines.cores import Core, core_of
+from movimentum.outlines.fine import Fine
+from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
+from movimentum.scene.outlines import Circle, rings_of
+from movimentum.solver.poses import Poses
+from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, RIM, Toothed
+from movimentum.timeline.model import Segment
+from movimentum.tolerances import STAYS_PINNED
+
+
+class GapBody:
+    """A thing with an outline. ``core``: what contains it, about its first anchor; ``solid``: the radius of a disc
+    about that anchor which is in it wholly; ``hole``: that of one which is free, or None.
+    """
+
+    def __init__(self, thing: Thing, rings: tuple[Contour | Circle, ...] | None) -> None:
+        self.thing, self._rings = thing, rings
+        self.solid, self.hole = 0.0, None
+        self.teeth = 1
+        own, origin = thing.own, np.zeros((1, 2))
+        if isinstance(own, Toothed) and thing.kind.word == "gear":  # without looking at any tooth
+            self.teeth = own.teeth
+            tip, root = (own.pitch_radius + each * own.module for each in (ADDENDUM, -DEDENDUM))
+            if own.inner:
+                self.hole = own.pitch_radius - ADDENDUM * own.module
+                tip = own.pitch_radius + (DEDENDUM + RIM) * own.module
+            else:
+                self.solid = max(root, 0.0)
+            self.core = Core(origin, tip, exact=False)
+            return
+        first = self.rings[0]
+        if isinstance(first, Circle):
+            self.core = Core(origin, first.radius, exact=len(self.rings) == 1)
+            self.solid = first.radius if len(self.rings) == 1 else 0.0
+            self.hole = None if len(self.rings) == 1 else float(own.inner)  # type: ignore[attr-defined]
+        else:
+            self.core = core_of(first, first.facets)
+
+    @cached_property
+    def rings(self) -> tuple[Contour | Circle, ...]:
+        """Its outline, and those of its holes."""
+        return rings_of(self.thing) if self._rings is None else self._rings
+
+    @cached_property
+    def fine(self) -> tuple[Fine, ...]:
+        """The same as polygons of many corners."""
+        return tuple(Fine.disc(each.radius) if isinstance(each, Circle) else Fine.of(each) for each in self.rings)
+
+    @cached_property
+    def filled(self) -> Fine:
+        """The circle about a gear's teeth."""
+        return Fine.disc(self.core.reach)
+
+    @property
+    def spacing(self) -> float:
+        """How far it may go, at least, between two looks, if nothing shall be missed."""
+        whole = self.core.radius
+        return np.pi * whole / self.teeth / 4.0 if self.teeth > 1 else whole / 8.0
+
+    def world(self, poses: Poses) -> FloatArray:
+        """(F, 2) where its first anchor is."""
+        return poses.world(self.thing.number, self.thing.anchors[0].local)
+
+
+def bodies_of(scene: Scene) -> list[GapBody]:
+    """The things that are drawn and have an outline."""
+    found: list[GapBody] = []
+    for thing in scene.things:
+        if thing.hidden or not thing.is_body or not thing.anchors:
+            continue
+        if isinstance(thing.own, Toothed) and thing.kind.word == "gear":
+            found.append(GapBody(thing, None))
+        elif rings := rings_of(thing):
+            found.append(GapBody(thing, rings))
+    return found
+
+
+def excused(scene: Scene, segment: Segment, bodies: Sequence[GapBody], poses: Poses, *, all_layers: bool) -> BoolArray:
+    """(N, N): which pairs may overlap in a segment: those that share a place of their anchors all along, that are
+    meshed or kept in contact by a statement, or whose stated layers differ.
+    """
+    count = len(bodies)
+    place = {body.thing.number: k for k, body in enumerate(bodies)}
+    found = np.eye(count, dtype=np.bool_)
+    for item in meshings(scene):
+        if any(each.number == item.constraint.number for each in segment.active):
+            _mark(found, place, {item.first.number, item.second.number})
+    for constraint in segment.active:
+        if constraint.touches:
+            leaves = symbols(*constraint.left, *constraint.right)
+            _mark(found, place, {each.thing for each in leaves if isinstance(each, AnchorCoordinate | ThingAngle)})
+    if not all_layers:
+        layers = np.array([np.nan if body.thing.look.layer is None else body.thing.look.layer for body in bodies])
+        found |= np.abs(layers[:, None] - layers[None]) > 0.0  # not a number differs from nothing
+    for owners in _pinned(scene, bodies, poses):
+        _mark(found, place, owners)
+    return found
+
+
+def _mark(found: BoolArray, place: dict[int, int], things: set[int]) -> None:
+    numbers = [place[thing] for thing in things if thing in place]
+    found[np.ix_(numbers, numbers)] = True
+
+
+def _pinned(scene: Scene, bodies: Sequence[GapBody], poses: Poses) -> list[set[int]]:
+    """Things that have an anchor at one and the same place in all these poses."""
+    owners: list[int] = []
+    paths: list[FloatArray] = []
+    some = slice(None, None, max(1, 2 * len(poses.times) // MOST_COMPARED))
+    for body in bodies:
+        for anchor in body.thing.anchors:
+            owners.append(body.thing.number)
+            paths.append(poses.world(body.thing.number, anchor.local)[some].reshape(-1))
+    if not paths:
+        return []
+    where = np.array(paths)
+    near = STAYS_PINNED * max(1.0, float(np.abs(where).max()))
+    # those that are near each other in one number, after it in the next, and so on
+    groups = [np.arange(len(where))]
+    for column in where.T:
+        parted: list[np.ndarray[tuple[int], np.dtype[np.int64]]] = []
+        for group in groups:
+            order = group[np.argsort(column[group], kind="stable")]
+            parted += np.split(order, np.nonzero(np.diff(column[order]) > near)[0] + 1)
+        groups = [group for group in parted if len(group) > 1]
+    return [things for group in groups if len(things := {owners[k] for k in group.tolist()}) > 1]
+
+
+MOST_COMPARED = 60
+"""Coordinates of anchors that are compared to tell whether they stay together."""

@@ -1,0 +1,366 @@
+"""Blocks of a plan enclosed over intervals of time: Krawczyk's operator on the equations as they were stated.
+
+For equations F(x, v, t) = 0 with the inputs v(t) already enclosed, near an approximate path y(t): if Y is any matrix,
+F' is enclosed on the tube X = y + [-r, r], and K = -Y F(y) + (I - Y F'(X)) [-r, r] lies inside [-r, r], then for each
+t there is exactly one solution in X(t), it lies in y + K, and it moves continuously with t. (Krawczyk 1969; Moore 1977;
+Rump 1983; see also Neumaier 1990, *Interval Methods for Systems of Equations*, 5.1.) All intervals are handled at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
+from movimentum.expressions import ZERO, Expr, add
+from movimentum.planning.blocks.kinds import Block, Integral, Winding
+from movimentum.planning.blocks.velocities import BlockRows
+from movimentum.planning.lowering.integrals import closed_form
+from movimentum.planning.lowering.unknowns import PosePart, unknown_number
+from movimentum.planning.plan import Plan
+from movimentum.records import dataclass, field
+from movimentum.scene.model import ThingAngle
+from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
+from movimentum.solver.block.formulas import UnknownFormulas
+from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.path.removable import evaluated
+from movimentum.tolerances import JUMP_IN_TUBE, ROOM_AT_INSTANT, ROOM_IN_TUBE, UNIT_ROUNDOFF
+
+TRIES = 4
+"""How often a tube is made wider before it is cut into two."""
+ENTRIES = 4_000_000
+"""Numbers that a matrix of all intervals may have at a time."""
+BESIDE = 90.0
+"""Degrees: no other turn of a continuous angle is so near."""
+
+
+@dataclass(slots=True, eq=False)
+class Tubes:
+    """Intervals of time [``begin``, ``end``] (N,), offsets from the segment's start, and what is enclosed over them.
+
+    ``forms``: the enclosure of each unknown; ``region`` (N,): within how much of its ``c`` + ``s`` u there is no other
+    solution. ``failed`` (N,): the number of the first block that could not be enclosed, else -1; ``jumps``: whether
+    it is because what is stated jumps.
+    """
+
+    begin: FloatArray
+    end: FloatArray
+    failed: FloatArray
+    jumps: BoolArray
+    forms: dict[int, TimeForm] = field(default_factory=dict[int, TimeForm])
+    region: dict[int, FloatArray] = field(default_factory=dict[int, FloatArray])
+
+    @property
+    def good(self) -> BoolArray:
+        """Which intervals are enclosed."""
+        return self.failed < 0
+
+    def chosen(self, which: BoolArray) -> Tubes:
+        """Some of the intervals."""
+        every = np.ones(len(self.begin))
+        forms = {n: spread(form, len(every))[which] for n, form in self.forms.items()}
+        region = {n: (every * radius)[which] for n, radius in self.region.items()}
+        return Tubes(self.begin[which], self.end[which], self.failed[which], self.jumps[which], forms, region)
+
+
+def joined(parts: Sequence[Tubes]) -> Tubes:
+    """All intervals of several, in the order of time."""
+    order = np.argsort(np.concatenate([part.begin for part in parts]), kind="stable")
+
+    def together(pick: Callable[[Tubes], Any]) -> Any:
+        return np.concatenate([np.broadcast_to(pick(part), len(part.begin)) for part in parts])[order]
+
+    forms = {
+        n: TimeForm(*(together(lambda part, n=n, name=name: getattr(part.forms[n], name)) for name in ("c", "s", "r")))
+        for n in parts[0].forms
+    }
+    region = {n: together(lambda part, n=n: part.region[n]) for n in parts[0].region}
+    return Tubes(
+        together(lambda part: part.begin),
+        together(lambda part: part.end),
+        together(lambda part: part.failed),
+        together(lambda part: part.jumps),
+        forms,
+        region,
+    )
+
+
+@dataclass(slots=True, eq=False)
+class Encloser:
+    """Encloses the unknowns of a ``piece`` of a path over intervals of time. ``needed``: the numbers of the blocks that
+    the poses depend on, in order; ``moving``: the unknowns of those that move.
+    """
+
+    piece: Piece
+    begun: Mapping[Hashable, TimeForm] = field(default_factory=dict[Hashable, TimeForm])
+    forms: Forms = field(default_factory=Forms)
+    evaluator: Evaluator = field(init=False)
+    needed: tuple[int, ...] = field(init=False)
+    moving: frozenset[int] = field(init=False)
+    _still: dict[int, tuple[TimeForm, FloatArray]] = field(default_factory=dict[int, "tuple[TimeForm, FloatArray]"])
+    _closed: dict[int, Expr | None] = field(default_factory=dict[int, "Expr | None"])
+    _stuck: set[int] = field(default_factory=set[int])
+
+    def __post_init__(self) -> None:
+        self.evaluator = Evaluator(self.forms)  # pyright: ignore[reportArgumentType] - numbers of its own
+
+        plan = self.plan
+        drawn = [n.number for n in plan.system.unknowns if isinstance(n.payload, PosePart | ThingAngle)]
+        self.needed = plan.behind(drawn)
+        self.moving = frozenset(
+            n for number in self.needed if plan.blocks[number].moving for n in plan.blocks[number].unknowns
+        )
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the piece."""
+        return self.piece.plan
+
+    def enclosed(self, begin: FloatArray, end: FloatArray, only: Sequence[int] | None = None) -> Tubes:
+        """The unknowns over intervals [``begin``, ``end``] (N,), or at instants where these are equal; of the blocks
+        ``only`` (in order, with all that they depend on), or of the needed ones.
+        """
+        found = Tubes(begin, end, np.full(len(begin), -1.0), np.zeros(len(begin), dtype=np.bool_))
+        numbers = self.needed if only is None else only
+        guess = _guess(self.piece, begin, end, [n for k in numbers for n in self.plan.blocks[k].unknowns])
+        with np.errstate(all="ignore"):
+            for number in numbers:
+                block = self.plan.blocks[number]
+                if not block.moving:
+                    self._take_still(block, found)
+                    continue
+                self._take(block, found, guess)
+        return found
+
+    def _take_still(self, block: Block, found: Tubes) -> None:
+        if block.unknowns[0] not in self._still and block.number not in self._stuck:
+            here = np.array([self.piece.begin])
+            once = Tubes(here, here, np.full(1, -1.0), np.zeros(1, dtype=np.bool_))
+            once.forms = {n: form for n, (form, _) in self._still.items()}
+            once.region = {n: region for n, (_, region) in self._still.items()}
+            self._take(block, once, _guess(self.piece, here, here, block.unknowns))
+            for n in block.unknowns:
+                self._still[n] = once.forms[n], once.region[n]
+            if once.failed[0] >= 0:
+                self._stuck.add(block.number)
+        if block.number in self._stuck:
+            found.failed[found.failed < 0] = block.number
+        for n in block.unknowns:
+            found.forms[n], found.region[n] = self._still[n]
+
+    def _take(self, block: Block, found: Tubes, guess: Guess) -> None:
+        """Enclose one block, given those before it."""
+        match block:
+            case Winding():
+                good, jump = self._wind(block, found, guess)
+            case Integral():
+                good, jump = self._accumulate(block, found)
+            case _:
+                good, jump = self._solve(block, found, guess)
+        if not self.moving.isdisjoint(block.unknowns):
+            jumps = found.good & good & (jump > self.plan.size * JUMP_IN_TUBE) & (found.end > found.begin)
+            found.jumps |= jumps
+            good = good & ~jumps
+        found.failed[~good & found.good] = block.number
+
+    @property
+    def known(self) -> set[int]:
+        """The unknowns of the needed blocks."""
+        return {n for number in self.needed for n in self.plan.blocks[number].unknowns}
+
+    def values(self, expressions: Sequence[Expr], found: Tubes) -> list[TimeForm]:
+        """Expressions of enclosed unknowns."""
+        return self.evaluator.values(ordered(expressions), expressions, self._leaf(found, {}))
+
+    def _leaf(
+        self, found: Tubes, own: dict[int, TimeForm], part: BoolArray | None = None
+    ) -> Callable[[Expr], TimeForm]:
+        start = self.piece.segment_start
+
+        def leaf(node: Expr) -> TimeForm:
+            if node.op == "clock":
+                form = time_form(found, start - node.start)
+            else:
+                n = unknown_number(node.payload)
+                if n in own:
+                    return own[n]
+                form = found.forms[n]
+            return form if part is None else form[part]
+
+        return leaf
+
+    def closed(self, block: Integral) -> Expr | None:
+        """What an integral has come to, as a formula of time; None where it has none."""
+        if block.number not in self._closed:
+            equation = self.plan.system.equations[block.equations[0]]
+            start, unknowns = self.piece.segment_start, self.plan.system.unknowns
+
+            def begun(n: int) -> Expr:
+                value = self.begun.get(unknowns[n].payload)
+                return ZERO if value is None else self.evaluator.given(value)
+
+            assert equation.integrand is not None
+            inside = UnknownFormulas(self.plan, start, begun).of_time(equation.integrand)
+            found = None if inside is None else closed_form(inside, start)
+            (n,) = block.unknowns
+            self._closed[block.number] = None if found is None else add(begun(n), found)
+        return self._closed[block.number]
+
+    def _accumulate(self, block: Integral, found: Tubes) -> tuple[BoolArray, FloatArray]:
+        """An integral that is a formula of time."""
+        (n,) = block.unknowns
+        formula, count = self.closed(block), len(found.begin)
+        if formula is None:
+            found.forms[n], found.region[n] = nothing(count), np.zeros(count)
+            return np.zeros(count, dtype=np.bool_), np.zeros(1)
+        (value,) = self.values([formula], found)
+        form = found.forms[n] = spread(value, count)
+        found.region[n] = np.full(count, np.inf)  # there is no other value
+        return np.isfinite(form.r), np.zeros(1)
+
+    def _wind(self, block: Block, found: Tubes, guess: Guess) -> tuple[BoolArray, FloatArray]:
+        """A continuous angle: that direction of its vector which is near the film's."""
+        (n,) = block.unknowns
+        residual = self.plan.system.equations[block.equations[0]].residual
+        sine, cosine = residual.args[1].args[0].args
+        y, x = self.values([sine, cosine], found)
+        near = TimeForm(guess.c[n], guess.s[n], np.zeros(1))
+        form = spread(self.forms.direction_near(y, x, near), len(found.begin))
+        found.forms[n], found.region[n] = form, np.full(len(form.r), BESIDE)
+        return np.isfinite(form.r) & (form.r < BESIDE), np.zeros(1)
+
+    def _solve(self, block: Block, found: Tubes, guess: Guess) -> tuple[BoolArray, FloatArray]:
+        """Where Krawczyk's operator finds a solution, (N,), and how far the equations may jump."""
+        rows = self.plan.stated_rows(block)
+        unknowns, count, order = rows.unknowns, len(found.begin), len(rows.unknowns)
+        c, s, bend = (np.stack([part[n] for n in unknowns], axis=-1) for part in (guess.c, guess.s, guess.bend))
+        room = ROOM_AT_INSTANT if (found.begin == found.end).all() else ROOM_IN_TUBE
+        room = room * np.maximum(scale_of(self.plan, unknowns), np.abs(c))
+        r, region = np.full_like(c, np.inf), np.zeros_like(c)
+        good, jump = np.zeros(count, dtype=np.bool_), np.zeros(count)
+        step = max(1, ENTRIES // (order * order))
+        for first in range(0, count if len(rows.residuals) == order else 0, step):
+            part = found.good & (np.arange(count) // step == first // step)
+            if part.any():
+                own: dict[int, TimeForm] = {}
+                leaf = self._leaf(found, own, None if part.all() else part)
+                one = self._contracted(rows, leaf, own, c[part], s[part], bend[part], room[part])
+                r[part], region[part], good[part], jump[part] = one
+        for j, n in enumerate(unknowns):
+            found.forms[n], found.region[n] = TimeForm(c[:, j], s[:, j], r[:, j]), region[:, j]
+        return good, jump
+
+    def _contracted(
+        self,
+        rows: BlockRows,
+        leaf: Callable[[Expr], TimeForm],
+        own: dict[int, TimeForm],
+        c: FloatArray,
+        s: FloatArray,
+        bend: FloatArray,
+        room: FloatArray,
+    ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
+        """(N, n) radii of the solution and of the tube in which it is the only one, (N,) whether there is one, and how
+        far the equations may jump.
+        """
+        still = np.zeros(1)
+        own.update({n: TimeForm(c[:, j], s[:, j], still) for j, n in enumerate(rows.unknowns)})
+        self.forms.jump = 0.0
+        f = _stacked(self.evaluator.values(rows.nodes, rows.residuals, leaf), len(c))
+        jump = np.broadcast_to(self.forms.jump, len(c))
+        region = 1.5 * bend + room
+        radius, good = np.full_like(region, np.inf), np.zeros(len(c), dtype=np.bool_)
+        for _ in range(TRIES):
+            own.update({n: TimeForm(c[:, j], s[:, j], region[:, j]) for j, n in enumerate(rows.unknowns)})
+            slopes = _stacked(self.evaluator.values(rows.slope_nodes, rows.slopes, leaf), len(c))
+            image = _image(f, slopes, rows.entries, region)
+            inside = (image < region).all(axis=1)
+            radius = np.where((inside & ~good)[:, None], image, radius)
+            good |= inside
+            wider = ~good & np.isfinite(image).all(axis=1)
+            if not wider.any():
+                break
+            region = np.where(wider[:, None], 1.25 * image + room, region)
+        return radius, region, good, jump
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guess:
+    """The film's own path as chords ``c`` + ``s`` u, by unknown, and how far it ``bend``s away from them, about."""
+
+    c: dict[int, FloatArray]
+    s: dict[int, FloatArray]
+    bend: dict[int, FloatArray]
+
+
+def _guess(piece: Piece, begin: FloatArray, end: FloatArray, unknowns: Iterable[int]) -> Guess:
+    count = len(begin)
+    with np.errstate(all="ignore"):
+        state, _ = evaluated(piece, piece.instants(np.concatenate([begin, 0.5 * (begin + end), end])))
+    found = Guess({}, {}, {})
+    for n in unknowns:
+        value = state[n]
+        values = np.full(3 * count, np.nan) if value is None else np.broadcast_to(value, 3 * count)
+        first, middle, last = values[:count], values[count : 2 * count], values[2 * count :]
+        off = 0.5 * (middle - 0.5 * (first + last))
+        found.c[n], found.s[n], found.bend[n] = middle - off, 0.5 * (last - first), np.abs(off)
+    return found
+
+
+def time_form(tubes: Tubes, offset: Fraction) -> TimeForm:
+    """What a clock reads that shows ``offset`` at the segment's start; the intervals' times to within their rounding,
+    so that an instant may also be the exact time of a frame.
+    """
+    shown = float(offset)
+    middle, half = 0.5 * (tubes.begin + tubes.end), 0.5 * (tubes.end - tubes.begin)
+    off = 8.0 * UNIT_ROUNDOFF * (np.abs(tubes.begin) + np.abs(tubes.end) + abs(shown))
+    return TimeForm(shown + middle, half, up(off))
+
+
+def _stacked(forms: Sequence[TimeForm], count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(N, m) middles, slopes and radii of m forms."""
+    c, s, r = (
+        np.stack([np.broadcast_to(part, count) for part in parts], axis=-1)
+        for parts in ([f.c for f in forms], [f.s for f in forms], [f.r for f in forms])
+    )
+    return c, s, r
+
+
+def _image(
+    f: tuple[FloatArray, FloatArray, FloatArray],
+    slopes: tuple[FloatArray, FloatArray, FloatArray],
+    entries: Sequence[tuple[int, int]],
+    region: FloatArray,
+) -> FloatArray:
+    """(N, n) radii of K; nan where the derivatives have no inverse."""
+    count, order = region.shape
+    rows, columns = np.array(entries).T
+    c, s, r = (np.zeros((count, order, order)) for _ in range(3))
+    for whole, part in zip((c, s, r), slopes, strict=True):
+        whole[:, rows, columns] = part
+    inverse = _inverse(c)
+    size = np.abs(inverse)
+    lost = 2.0 * (order + 2.0) * UNIT_ROUNDOFF  # of a product of matrices, of its terms without their signs
+    fc, fs, fr = (part[..., None] for part in f)
+    newton = np.abs(inverse @ fc) + np.abs(inverse @ fs) + size @ (fr + lost * (np.abs(fc) + np.abs(fs)))
+    left = np.abs(np.eye(order) - inverse @ c) + np.abs(inverse @ s) + size @ (r + lost * (np.abs(c) + np.abs(s)))
+    left = left + UNIT_ROUNDOFF * np.eye(order)
+    found: FloatArray = up(newton + up(left) @ region[..., None])[..., 0]
+    return found * (1.0 + lost)
+
+
+def _inverse(matrices: FloatArray) -> FloatArray:
+    """(N, n, n) nearly the inverses of matrices; nan where there is none."""
+    try:
+        return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
+    except np.linalg.LinAlgError:  # which says nothing of the others
+        found = np.full_like(matrices, np.nan)
+        if len(matrices) > 1:
+            for k in range(len(matrices)):
+                found[k : k + 1] = _inverse(matrices[k : k + 1])
+        return found

@@ -1,0 +1,335 @@
+"""Outlines: closed or open curves by a parameter of their own, with exact points, directions and curvatures.
+
+An outline has its position ``x``, ``y`` and its direction of travel ``tx``, ``ty`` (any length but 0) as expressions
+of the symbol `PLACE`, in pixels of the local frame of whatever has it. Where it has a corner the position stands still
+while the direction turns, so the direction is continuous, and one equation holds along straight lines, arcs, smooth
+pieces and around corners alike.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import ZERO, Expr, add, call, const, mul, sub, substitute, symbol, walk
+from movimentum.expressions.arrays import ON_ARRAYS
+from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Ends, Table
+from movimentum.outlines.facets import Facets
+from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
+
+PLACE = symbol("place")
+"""The parameter."""
+
+Point = tuple[float, float]
+
+
+def put_in(root: Expr, place: Expr) -> Expr:
+    """``root``, an expression of `PLACE`, at ``place``."""
+    return substitute(root, lambda node: place if node == PLACE else None)
+
+
+def slope(root: Expr) -> Expr:
+    """The derivative of an expression by `PLACE`."""
+    memo: dict[Expr, Expr] = {}
+    for node in walk(root):
+        d = [memo[arg] for arg in node.args]
+        if node == PLACE:
+            memo[node] = const(1.0)
+        else:
+            memo[node] = ZERO if all(each == ZERO for each in d) else BY_NAME[node.op].derivative(node, d)
+    return memo[root]
+
+
+def numeric(roots: Sequence[Expr]) -> Callable[[FloatArray], list[FloatArray]]:
+    """A function from values of `PLACE` (any shape) to those of ``roots``; nan where one has none."""
+    nodes = list(walk(*roots))
+
+    def values(place: FloatArray) -> list[FloatArray]:
+        place = np.asarray(place, dtype=np.float64)
+        found: dict[Expr, FloatArray] = {}
+        with np.errstate(all="ignore"):
+            for node in nodes:
+                if node.value is not None:
+                    found[node] = np.float64(node.value)  # pyright: ignore[reportArgumentType]
+                elif node == PLACE:
+                    found[node] = place
+                else:
+                    more = () if node.payload is None else (node.payload,)
+                    found[node] = ON_ARRAYS[node.op](*(found[arg] for arg in node.args), *more)
+        return [np.broadcast_to(found[root], place.shape).astype(np.float64) for root in roots]
+
+    return values
+
+
+class Contour:
+    """See the module. The parameter goes from ``first`` to ``last``; ``breaks`` are where pieces begin and end, both
+    ends included. ``reach``: everything within so much of the curve belongs to the thing (half the width of a line).
+    ``doubled``: there and back again along an open line, which so has two sides. ``straight``: it has straight edges
+    only. ``hollow``: what is inside is free, a hole. ``times``: it is so many times the same. Equal if all of this is.
+
+    The positive side (`side` 1: the left, -1: the right) is outside of a closed outline (of a hole its inside), and the
+    left of an open one.
+    """
+
+    def __init__(
+        self,
+        position: tuple[Expr, Expr],
+        direction: tuple[Expr, Expr],
+        breaks: Sequence[float],
+        *,
+        closed: bool = True,
+        reach: float = 0.0,
+        doubled: bool = False,
+        straight: bool = False,
+        hollow: bool = False,
+        times: int = 1,
+    ) -> None:
+        self.position, self.direction = position, direction
+        self.breaks = tuple(breaks)
+        self.first, self.last = self.breaks[0], self.breaks[-1]
+        self.closed, self.reach, self.doubled = closed, reach, doubled
+        self.straight, self.hollow, self.times = straight, hollow, times
+        self._key = position, direction, self.breaks, closed, reach, doubled, straight, hollow, times
+        self._hash = hash(self._key)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, Contour) and self._key == other._key)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _again, self._key
+
+    def but(self, **changes: object) -> Contour:
+        """The same with another ``reach``, or as a hole."""
+        state = dict(zip(_STATE, self._key, strict=True)) | changes
+        return Contour(state.pop("position"), state.pop("direction"), state.pop("breaks"), **state)  # type: ignore[arg-type]
+
+    @property
+    def period(self) -> float:
+        """How much the parameter grows from the beginning to the end."""
+        return self.last - self.first
+
+    @cached_property
+    def _function(self) -> Callable[[FloatArray], list[FloatArray]]:
+        turned = [slope(each) for each in self.direction]
+        return numeric([*self.position, *self.direction, *map(slope, self.position), *turned])
+
+    def values(self, place: FloatArray) -> FloatArray:
+        """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
+        return np.stack(self._function(self.inside(place)))
+
+    def inside(self, place: FloatArray) -> FloatArray:
+        """The parameter brought between the ends, if the outline is closed."""
+        place = np.asarray(place, dtype=np.float64)
+        if not self.closed:
+            return np.clip(place, self.first, self.last)
+        return place - self.period * np.floor((place - self.first) / self.period)
+
+    def points(self, place: FloatArray) -> FloatArray:
+        """(…, 2): where it is."""
+        return np.moveaxis(self.values(place)[:2], 0, -1)
+
+    @cached_property
+    def samples(self) -> FloatArray:
+        """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
+        first point); on each piece at least three.
+        """
+        found: list[float] = []
+        once = self.breaks[: (len(self.breaks) - 1) // self.times + 1]
+        for begin, end in itertools.pairwise(once):
+            found += _flattened(self, begin, end, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        again = np.arange(self.times)[:, None] * (self.period / self.times) + np.array(found)
+        return np.append(again.ravel(), self.last)
+
+    @cached_property
+    def stations(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The points (N, 2) of the samples, each once, with the first and the last place (N,) that is there: a corner
+        is one point. Of a closed outline the first may begin before `first`.
+        """
+        return self._apart(self.samples)
+
+    @cached_property
+    def corners(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The same of the corners of `facets`: of straight edges their ends, else all stations."""
+        return self._apart(np.array(self.breaks)) if self.straight else self.stations
+
+    def _apart(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        points = self.points(places)
+        new = np.append(True, np.hypot(*np.diff(points, axis=0).T) > OUTLINE_CLOSES * self.size)
+        begins = np.nonzero(new)[0]
+        ends = np.append(begins[1:] - 1, len(places) - 1)
+        kept, begin, end = points[begins], places[begins].copy(), places[ends].copy()
+        if self.closed and len(kept) > 1 and np.hypot(*(kept[0] - kept[-1])) <= OUTLINE_CLOSES * self.size:
+            begin[0] = begin[-1] - self.period
+            kept, begin, end = kept[:-1], begin[:-1], end[:-1]
+        return kept, begin, end
+
+    @cached_property
+    def coarse(self) -> float:
+        """The longest way from one of the samples to the next."""
+        return float(np.hypot(*np.diff(self.points(self.samples), axis=0).T).max())
+
+    @cached_property
+    def _rough(self) -> float:
+        x, y = self.points(np.linspace(self.first, self.last, 65)).T
+        return float(max(np.ptp(x), np.ptp(y)))
+
+    @cached_property
+    def size(self) -> float:
+        """Its largest extent, in x or y."""
+        x, y = self.points(self.samples).T
+        return float(max(np.ptp(x), np.ptp(y)))
+
+    @cached_property
+    def drawn(self) -> tuple[Point, ...]:
+        """A polygon (or a line) that is nowhere farther from it than can be seen; a closed one ends before it begins
+        again.
+        """
+        found: list[float] = []
+        for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
+            found += _flattened(self, begin, end, FLATTENED)
+        points = [(float(x), float(y)) for x, y in self.points(np.array([*found, self.last]))]
+        kept, least = points[:1], OUTLINE_CLOSES * self.size
+        for point in points[1:]:
+            if math.dist(point, kept[-1]) > least:
+                kept.append(point)
+        if self.closed and len(kept) > 1 and math.dist(kept[0], kept[-1]) <= least:
+            kept.pop()
+        return tuple(kept)
+
+    @cached_property
+    def area(self) -> float:
+        """What it encloses, positive if it goes round counter-clockwise."""
+        x, y = self.points(self.samples).T
+        return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) + x[-1] * y[0] - x[0] * y[-1]) / 2.0
+
+    @property
+    def side(self) -> float:
+        """1: its positive side is on the left of its direction; -1: on the right."""
+        if not self.closed:
+            return 1.0
+        return -1.0 if self.doubled or (self.area >= 0.0) != self.hollow else 1.0
+
+    @cached_property
+    def facets(self) -> Facets:
+        """The corners as a polygon that goes round with what is free on the right; an open one goes there and back."""
+        points = self.corners[0]
+        if not self.closed:
+            return Facets.of(np.concatenate([points, points[-2:0:-1]]))
+        return Facets.of(points if self.side < 0.0 else points[::-1], hollow=self.hollow)
+
+    @cached_property
+    def lengths(self) -> tuple[FloatArray, FloatArray]:
+        """Places and how long the curve is up to each: Gauss's rule on short pieces."""
+        nodes, weights = np.polynomial.legendre.leggauss(10)
+        places: list[FloatArray] = []
+        for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
+            count = max(8, math.ceil(720.0 * (end - begin) / self.period))
+            places.append(np.linspace(begin, end, count + 1)[:-1])
+        grid = np.append(np.concatenate(places), self.last)
+        half = np.diff(grid) / 2.0
+        inner = (grid[:-1] + half)[:, None] + half[:, None] * nodes
+        dx, dy = self.values(inner)[4:6]
+        return grid, np.concatenate([[0.0], np.cumsum(half * (np.hypot(dx, dy) @ weights))])
+
+    @property
+    def length(self) -> float:
+        """How long it is."""
+        return float(self.lengths[1][-1])
+
+    @cached_property
+    def travelled(self) -> Expr:
+        """How long the curve is from its beginning to `PLACE`, beyond the ends of a closed one too."""
+        grid, along = self.lengths
+        rate = self.length / self.period
+        smooth = len(self.breaks) == 2
+        ends = Ends.PERIODIC if self.closed else Ends.HELD
+        off = along - rate * (grid - self.first)
+        off[-1] = off[0]
+        rest = call("table", PLACE, payload=Table(grid, off, smooth=smooth, ends=ends))
+        return add(mul(const(rate), sub(PLACE, const(self.first))), rest)
+
+    @cached_property
+    def place_along(self) -> Expr:
+        """The place that is so far along the curve as `PLACE` says, from 0 at its beginning to 1 at its end."""
+        grid, along = self.lengths
+        moving = np.append(True, np.diff(along) > 0.0)  # a corner takes no way
+        grid, share = grid[moving], along[moving] / self.length
+        ends = Ends.PERIODIC if self.closed else Ends.HELD
+        off = grid - self.first - self.period * share
+        off[-1] = off[0]
+        rest = call("table", PLACE, payload=Table(share, off, smooth=len(self.breaks) == 2, ends=ends))
+        return add(add(const(self.first), mul(const(self.period), PLACE)), rest)
+
+    def placed(self, linear: tuple[float, float, float, float], at: Point) -> Contour:
+        """The same after a map (a, b, c, d) and a shift: (x, y) goes to (a x + b y, c x + d y) + ``at``."""
+        a, b, c, d = map(const, linear)
+
+        def mapped(x: Expr, y: Expr) -> tuple[Expr, Expr]:
+            return add(mul(a, x), mul(b, y)), add(mul(c, x), mul(d, y))
+
+        x, y = mapped(*self.position)
+        moved = add(x, const(at[0])), add(y, const(at[1]))
+        return self.but(position=moved, direction=mapped(*self.direction))
+
+    def curvature(self, place: float) -> float:
+        """At a place: positive where it turns to the left; infinite at a corner."""
+        _, _, tx, ty, dx, dy, rx, ry = self.values(np.array(place)).tolist()
+        turn, speed = (tx * ry - ty * rx) / (tx * tx + ty * ty), math.hypot(dx, dy)
+        if speed == 0.0:
+            return math.copysign(math.inf, turn) if turn else 0.0
+        return turn / speed
+
+
+_STATE = ("position", "direction", "breaks", "closed", "reach", "doubled", "straight", "hollow", "times")
+
+
+def _again(*state: object) -> Contour:
+    return Contour(*state[:3], **dict(zip(_STATE[3:], state[3:], strict=True)))  # type: ignore[arg-type]
+
+
+def smooth(
+    position: tuple[Expr, Expr], first: float, last: float, *, closed: bool, breaks: Sequence[float] = ()
+) -> Contour:
+    """A curve without corners, by its position; ``breaks``: where its curvature may jump."""
+    direction = slope(position[0]), slope(position[1])
+    return Contour(position, direction, (first, *breaks, last), closed=closed)
+
+
+def curvature_of(outline: Contour, place: Expr) -> Expr:
+    """The curvature at a place, as an expression."""
+    tx, ty = outline.direction
+    turn = sub(mul(tx, slope(ty)), mul(ty, slope(tx)))
+    dx, dy = (slope(each) for each in outline.position)
+    speed = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
+    squared = add(mul(tx, tx), mul(ty, ty))
+    return put_in(Expr("div", (turn, mul(squared, speed))), place)
+
+
+def _flattened(outline: Contour, begin: float, end: float, off: float) -> list[float]:
+    """Places from ``begin`` (included) to ``end`` (not) between which straight lines are within ``off``."""
+    places = np.linspace(begin, end, 9)
+    for _ in range(14):
+        middle = (places[:-1] + places[1:]) / 2.0
+        between = (places[:-1] + middle) / 2.0
+        p, m, q = outline.points(places), outline.points(middle), outline.points(between)
+        far = np.maximum(_off_chord(p[:-1], m, p[1:]), _off_chord(p[:-1], q, p[1:])) > off
+        if not far.any():
+            break
+        places = np.sort(np.concatenate([places, middle[far]]))
+    return [float(each) for each in places[:-1]]
+
+
+def _off_chord(a: FloatArray, p: FloatArray, b: FloatArray) -> FloatArray:
+    chord = b - a
+    size = np.hypot(*chord.T)
+    across = np.abs(chord[:, 0] * (p - a)[:, 1] - chord[:, 1] * (p - a)[:, 0]) / np.where(size > 0.0, size, 1.0)
+    return np.where(size > 0.0, across, np.hypot(*(p - a).T))

@@ -1,0 +1,339 @@
+"""What a moving outline cuts: the points of it whose velocity lies along it, at every instant.
+
+In the frame that is cut, an outline at (x, y), turned by (c, s), moves with the velocity (vx, vy) and turns by w
+radians per time unit. A point of it belongs to the envelope where n·v = 0 (Litvin and Fuentes, *Gear Geometry and
+Applied Theory*, chapter 6): one equation for the place on the outline, solved at every instant from exact rates, so
+each point is exact. Corners of outlines are arcs of no length (`outlines.contour`), so one equation does.
+
+Places are followed in time and make *runs*. Where the motion rests or changes its direction at once, the part of the
+outline that stood in front is a run of its own, a cap.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.outlines.contour import Contour
+from movimentum.records import dataclass
+from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS, PLACE_FOUND
+
+Course = Callable[[Sequence[Fraction]], FloatArray]
+"""From N instants to (7, N): x, y, c, s, vx, vy and w of the tool in the frame that is cut; nan without a solution."""
+
+INSTANTS = 720
+"""Of a film, to begin with; half a degree of a turn."""
+LEAST_INSTANTS = 16
+"""Of a part of a film."""
+ROUNDS = 12
+"""How often an interval is halved."""
+MOST_INSTANTS = 20_000
+BETWEEN = 4
+"""Points of a cap between two samples of the outline."""
+JUST_BEFORE = Fraction(1, 10**12)
+"""Of a part of a film: how long before its end its last instant is, so that the motion is that of the part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnvelopeRun:
+    """Points (M, 2) of the envelope in order, with the tool on the right: unit directions (M, 2) of the walk, instants
+    (M,), and the number of the branch that was followed (caps: -1). ``backward``: the tool goes over it against the
+    walk.
+    """
+
+    points: FloatArray
+    along: FloatArray
+    times: FloatArray
+    branch: int
+    backward: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class _Instant:
+    time: Fraction
+    pose: FloatArray
+    place: FloatArray
+    rising: Any
+    points: FloatArray
+    along: FloatArray
+
+
+def envelope(
+    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course
+) -> tuple[list[EnvelopeRun], FloatArray]:
+    """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (7, N) in order of time. ``parts``:
+    from when to when the motion is smooth.
+    """
+    cut = _Cut(tool, course)
+    strands = [cut.strand(begin, end) for begin, end in parts if end > begin]
+    strands = [strand for strand in strands if strand]
+    runs: list[EnvelopeRun] = []
+    for strand in strands:
+        runs += cut.runs(strand)
+    everything = [each for strand in strands for each in strand]
+    moving = [each for each in everything if len(each.place)]
+    for before, after in itertools.pairwise(moving):
+        if cut.turns(before, after):
+            runs += cut.caps(before, after)
+    poses = np.stack([each.pose for each in everything], axis=-1) if everything else np.empty((7, 0))
+    return runs, poses
+
+
+class _Cut:
+    def __init__(self, tool: Contour, course: Course) -> None:
+        self.tool, self.course = tool, course
+        self.fast = 0.0
+        self.size = tool.size
+        self.branches = 0
+        self.paired: dict[tuple[int, int], list[tuple[int, int]]] = {}
+
+    # --- instants
+
+    def strand(self, begin: Fraction, end: Fraction) -> list[_Instant]:
+        """The instants of one part of the film, so many that curves between them are known."""
+        last = end - (end - begin) * JUST_BEFORE
+        count = INSTANTS
+        times = [begin + (last - begin) * Fraction(k, count) for k in range(count + 1)]
+        found = self.instants(times)
+        found = found[: next((k for k, each in enumerate(found) if not np.isfinite(each.pose).all()), len(found))]
+        if not found:
+            return []
+        xy = np.array([each.pose[:2] for each in found])
+        self.size = max(self.size, float(np.ptp(xy, axis=0).max()))
+        open_ = set(range(len(found) - 1))
+        for _ in range(ROUNDS):
+            if not open_ or len(found) + len(open_) > MOST_INSTANTS:
+                break
+            found, open_ = self.halved(found, open_)
+        return found
+
+    def halved(self, found: list[_Instant], open_: set[int]) -> tuple[list[_Instant], set[int]]:
+        order = sorted(open_)
+        middles = iter(self.instants([(found[k].time + found[k + 1].time) / 2 for k in order]))
+        made: list[_Instant] = []
+        wanted: set[int] = set()
+        for k, each in enumerate(found):
+            made.append(each)
+            if k not in open_:
+                continue
+            middle = next(middles)
+            if not np.isfinite(middle.pose).all():
+                continue
+            if not self.known(each, middle, found[k + 1]):
+                wanted |= {len(made) - 1, len(made)}
+            made.append(middle)
+        return made, wanted
+
+    def instants(self, times: Sequence[Fraction]) -> list[_Instant]:
+        """What is cut at some instants."""
+        poses = self.course(times)
+        _x, _y, c, s, vx, vy, w = poses
+        speed = np.hypot(vx, vy) + abs(w) * self.tool.size
+        self.fast = max(self.fast, float(np.nanmax(speed, initial=0.0)))
+        inward = np.stack([c * vx + s * vy, c * vy - s * vx, w])  # the velocity in the tool's frame
+        moves = np.isfinite(poses).all(axis=0) & (speed > CUT_RESTS * self.fast)
+        number, place, rising = roots(self.tool, inward, moves)
+        points, along = self.laid(place, poses[:4, number])
+        ends = np.searchsorted(number, np.arange(len(times) + 1))
+        return [
+            _Instant(time, poses[:, k], *(each[ends[k] : ends[k + 1]] for each in (place, rising, points, along)))
+            for k, time in enumerate(times)
+        ]
+
+    def laid(self, place: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points (M, 2) of the tool in the frame, and the directions with the tool on the right."""
+        px, py, tx, ty = self.tool.values(place)[:4]
+        size = np.hypot(tx, ty)
+        nx, ny = -self.tool.side * ty / size, self.tool.side * tx / size  # outwards
+        px, py = px + self.tool.reach * nx, py + self.tool.reach * ny
+        x, y, c, s = pose
+        points = np.stack([x + c * px - s * py, y + s * px + c * py], axis=-1)
+        return points, np.stack([s * nx + c * ny, s * ny - c * nx], axis=-1)
+
+    # --- from instant to instant
+
+    def pairs(self, one: _Instant, other: _Instant) -> list[tuple[int, int]]:
+        """Which of the points of an instant are which of the next."""
+        key = id(one), id(other)
+        if key not in self.paired:
+            self.paired[key] = self._pairs(one, other)
+        return self.paired[key]
+
+    def _pairs(self, one: _Instant, other: _Instant) -> list[tuple[int, int]]:
+        if not len(one.place) or not len(other.place):
+            return []
+        off = one.place[:, None] - other.place
+        if self.tool.closed:
+            off = off - self.tool.period * np.rint(off / self.tool.period)
+        far = np.hypot(*np.moveaxis(one.points[:, None] - other.points, -1, 0)) > CUT_MATCHED * self.size
+        off = np.where((one.rising[:, None] != other.rising) | far, np.inf, abs(off))
+        to, back = np.argmin(off, axis=1), np.argmin(off, axis=0)
+        return [(i, int(j)) for i, j in enumerate(to) if back[j] == i and np.isfinite(off[i, j])]
+
+    def known(self, one: _Instant, middle: _Instant, other: _Instant) -> bool:
+        """Whether the curves between two instants say where the middle one is."""
+        if not len(one.place) and not len(middle.place) and not len(other.place):
+            return True
+        first, second = self.pairs(one, middle), dict(self.pairs(middle, other))
+        if not len(one.place) == len(middle.place) == len(other.place) == len(first) == len(second):
+            return False
+        i, j = np.array(first).T
+        k = np.array([second[each] for each in j])
+        off = between(one.points[i], one.along[i], other.points[k], other.along[k], middle.points[j], middle.along[j])
+        return bool((off <= CUT_EXACT * self.size).all())
+
+    def runs(self, strand: list[_Instant]) -> list[EnvelopeRun]:
+        """The branches of a part of the film, cut where they turn back."""
+        found: list[EnvelopeRun] = []
+        growing: dict[int, list[tuple[_Instant, int]]] = {}
+        for number, each in enumerate(strand):
+            pairs = dict(self.pairs(strand[number - 1], each)) if number else {}
+            kept = {pairs[i]: branch for i, branch in growing.items() if i in pairs}
+            for i, branch in growing.items():
+                if i not in pairs:
+                    found += self._turned(branch)
+            growing = {k: [*kept.get(k, []), (each, k)] if k not in kept else _grown(kept[k], (each, k))
+                       for k in range(len(each.place))}  # fmt: skip
+        for branch in growing.values():
+            found += self._turned(branch)
+        return found
+
+    def _turned(self, branch: list[tuple[_Instant, int]]) -> list[EnvelopeRun]:
+        points = np.array([each.points[k] for each, k in branch])
+        along = np.array([each.along[k] for each, k in branch])
+        times = np.array([float(each.time) for each, _ in branch])
+        self.branches += 1
+        number = self.branches
+        moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
+        points, along, times = points[moved], along[moved], times[moved]
+        if len(points) < 2:
+            return []
+        forward = np.sum(np.diff(points, axis=0) * (along[1:] + along[:-1]), axis=1) > 0.0
+        changes = np.nonzero(forward[1:] != forward[:-1])[0] + 1
+        found: list[EnvelopeRun] = []
+        for begin, end in zip([0, *changes], [*changes, len(forward)], strict=True):
+            part = slice(begin, end + 1)
+            run = EnvelopeRun(points[part], along[part], times[part], number, not forward[begin])
+            found.append(
+                run if forward[begin] else EnvelopeRun(run.points[::-1], run.along[::-1], run.times[::-1], number, True)
+            )
+        return found
+
+    # --- where it rests, or goes another way at once
+
+    def turns(self, before: _Instant, after: _Instant) -> bool:
+        """Whether the motion has another direction after an instant than before, at one pose."""
+        off = np.hypot(*(before.pose[:2] - after.pose[:2])) + self.tool.size * np.hypot(
+            *(before.pose[2:4] - after.pose[2:4])
+        )
+        if off > CUT_ALONG * self.size:
+            return False
+        matched = self.pairs(before, after)
+        if len(matched) < max(len(before.place), len(after.place)):
+            return True
+        return any(np.hypot(*(before.points[i] - after.points[k])) > CUT_ALONG * self.size for i, k in matched)
+
+    def caps(self, before: _Instant, after: _Instant) -> list[EnvelopeRun]:
+        """The parts of the outline that went ahead before, and do not after."""
+        tool = self.tool
+        place = np.unique(np.concatenate([tool.inside(before.place), tool.inside(after.place)]))
+        if len(place) < 2:
+            return []
+        ends = np.append(place[1:], place[0] + tool.period) if tool.closed else place[1:]
+        found: list[EnvelopeRun] = []
+        for begin, end in zip(place[: len(ends)], ends, strict=True):
+            middle = np.array([(begin + end) / 2.0])
+            if ahead(tool, middle, before.pose)[0] > 0.0 > ahead(tool, middle, after.pose)[0]:
+                inner = np.concatenate([tool.samples, tool.samples + tool.period])
+                inner = np.concatenate([[begin], inner[(inner > begin) & (inner < end)], [end]])
+                fine = np.interp(np.arange(BETWEEN * (len(inner) - 1) + 1) / BETWEEN, np.arange(len(inner)), inner)
+                points, along = self.laid(fine, np.repeat(before.pose[:4, None], len(fine), axis=1))
+                if tool.side < 0.0:  # counter-clockwise, and the tool is to be on the right
+                    points, along = points[::-1], along[::-1]
+                moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
+                if moved.sum() > 1:
+                    times = np.full(int(moved.sum()), float(before.time))
+                    found.append(EnvelopeRun(points[moved], along[moved], times, -1))
+        return found
+
+
+def _grown(branch: list[tuple[_Instant, int]], more: tuple[_Instant, int]) -> list[tuple[_Instant, int]]:
+    branch.append(more)
+    return branch
+
+
+def _across(tool: Contour, place: FloatArray, inward: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How fast the outline goes to its left, times the length of its direction; and how that changes with the place."""
+    px, py, tx, ty, dx, dy, rx, ry = tool.values(place)
+    vx, vy, w = inward
+    ux, uy = vx - w * py, vy + w * px
+    return tx * uy - ty * ux, rx * uy - ry * ux + w * (tx * dx + ty * dy)
+
+
+def ahead(tool: Contour, place: FloatArray, pose: FloatArray) -> FloatArray:
+    """How fast places of the outline go outwards."""
+    _, _, c, s, vx, vy, w = pose
+    tx, ty = tool.values(place)[2:4]
+    value = _across(tool, place, np.stack([c * vx + s * vy, c * vy - s * vx, w])[:, None])[0]
+    found: FloatArray = tool.side * value / np.hypot(tx, ty)
+    return found
+
+
+def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
+    """Where the outline goes along itself, for velocities (3, N) in its frame: which of the N, the place, and whether
+    it goes inwards before that place and outwards behind it, sorted by N and place.
+    """
+    samples = tool.samples
+    grid = samples[None, :]
+    value = np.where(moves[:, None], _across(tool, grid, inward[:, :, None])[0], 1.0)
+    tx, ty = tool.values(samples)[2:4]
+    speed = np.hypot(inward[0], inward[1]) + abs(inward[2]) * tool.size
+    value[abs(value) <= CUT_RESTS * speed[:, None] * np.hypot(tx, ty)] = 0.0
+    positive = value >= 0.0
+    number, k = np.nonzero(positive[:, 1:] != positive[:, :-1])
+    low, high, rising = samples[k].copy(), samples[k + 1].copy(), positive[number, k + 1]
+    flow = inward[:, number]
+    place = (low + high) / 2.0
+    for _ in range(60):
+        at, change = _across(tool, place, flow)
+        below = (at >= 0.0) != rising
+        low, high = np.where(below, place, low), np.where(below, high, place)
+        with np.errstate(all="ignore"):
+            step = place - at / change
+        moved = np.where((step > low) & (step < high), step, (low + high) / 2.0)
+        done = abs(moved - place) <= PLACE_FOUND * tool.period
+        place = moved
+        if done.all():
+            break
+    return number, place, rising
+
+
+def between(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray, m: FloatArray, along: FloatArray) -> FloatArray:
+    """How far points m (M, 2) are across from the cubic curves from p to q with directions d and e."""
+    size = arc(p, d, q, e)[:, None]
+    forward = np.sign(np.sum((q - p) * (d + e), axis=1))[:, None]
+    d, e = forward * d * size, forward * e * size
+    chord = q - p
+    with np.errstate(all="ignore"):
+        u = np.sum((m - p) * chord, axis=1) / np.sum(chord * chord, axis=1)
+    u = np.clip(np.where(np.isfinite(u), u, 0.5), 0.0, 1.0)[:, None]
+    for _ in range(3):
+        at = p + u * (d + u * (3.0 * chord - 2.0 * d - e + u * (d + e - 2.0 * chord)))
+        rate = d + u * (2.0 * (3.0 * chord - 2.0 * d - e) + 3.0 * u * (d + e - 2.0 * chord))
+        with np.errstate(all="ignore"):
+            step = np.sum((m - at) * rate, axis=1) / np.sum(rate * rate, axis=1)
+        u = u + np.where(np.isfinite(step), step, 0.0)[:, None]
+    at = p + u * (d + u * (3.0 * chord - 2.0 * d - e + u * (d + e - 2.0 * chord)))
+    return abs(along[:, 0] * (m - at)[:, 1] - along[:, 1] * (m - at)[:, 0])
+
+
+def arc(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> FloatArray:
+    """How long arcs from p to q are whose directions are d and e: the chord, and how much it turns."""
+    turn = np.arctan2(d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0], np.sum(d * e, axis=1))
+    length: FloatArray = np.hypot(*(q - p).T) * (1.0 + np.minimum(turn * turn, 1.0) / 24.0)
+    return length

@@ -1,0 +1,256 @@
+"""``.on(P, Curve)``, ``.where(P, Curve)``, ``.gap(A, B)`` and ``.roll(A, B)``: which things, and what is said of them.
+
+Each is an expression of where the two are nearest (`outlines.nearest`). Where it is only read, that is found over the
+whole of both; an equation makes it an unknown of its own, which is followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+from movimentum.diagnostics import Label, replacement
+from movimentum.expressions import Expr, add, call, const, div, mul, sub, symbol
+from movimentum.outlines.contour import Contour, curvature_of, put_in
+from movimentum.outlines.nearest import Nearest, distance
+from movimentum.outlines.shapes import circle
+from movimentum.records import dataclass
+from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import ContactPair
+from movimentum.scene.model import AnchorCoordinate, Thing, ThingAngle
+from movimentum.scene.outlines import Circle, outline_of, rings_of
+from movimentum.scene.values import Value, left_to_right, length_of
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Vector
+from movimentum.things.kinds.curve import Curved
+
+_OF_CURVE = frozenset({"point", "tangent", "curvature", "length"})
+_OF_THINGS = frozenset({"gap", "roll"})
+"""Those that measure from one thing to the other."""
+
+
+def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> ContactPair | None:
+    """The things that a call names; None after an error, or where there are none.
+
+    Errors: ``kind/mismatch``, ``name/unknown-thing``, ``contact/outline``.
+    """
+    if node.function in _OF_CURVE:
+        return _curve_named(node, known, findings)
+    things: list[int | None] = []
+    for number, argument in enumerate(node.arguments):
+        thing = known.get(argument.name) if isinstance(argument, Name) else None
+        if thing is None and (number == 1 or _names(argument, known)) and not _is_point(node, argument, number):
+            _report_no_thing(node, argument, known, findings)
+            return None
+        things.append(None if thing is None else thing.number)
+        if thing is not None and number == 0 and node.function not in _OF_THINGS:
+            first = thing.anchors[0].name if thing.anchors else "P"
+            spelled = f"{thing.name}.{first}"
+            helps = (replacement(f"name one of its anchors: `{spelled}`", argument.span, spelled),)
+            message = f"`.{node.function}` takes a point, and `{thing.name}` is a thing"
+            findings.error("kind/mismatch", message, argument.span, helps=helps)
+            return None
+        if thing is not None and not _has_outline(thing, argument, findings):
+            return None
+    if node.function == "roll" and None in things:
+        findings.error(
+            "kind/mismatch", "`.roll` takes two things", node.span, helps=("write `.roll(Wheel, Road) = 0`",)
+        )
+        return None
+    if len(things) < 2 or things == [None, None]:
+        message = f"`.{node.function}` measures from outlines, and none is named"
+        helps = ("name a thing: `.gap(Rod, Cam)`; the distance of two points is `(A.P - B.Q).l`",)
+        findings.error("kind/mismatch", message, node.span, helps=helps)
+        return None
+    if things[0] == things[1]:
+        message = f"`.{node.function}` is about two things, and this is one"
+        findings.error("kind/mismatch", message, node.span)
+        return None
+    return ContactPair(things[0], things[1])
+
+
+def _curve_named(node: Call, known: dict[str, Thing], findings: Findings) -> ContactPair | None:
+    argument = node.arguments[0]
+    thing = known.get(argument.name) if isinstance(argument, Name) else None
+    if thing is None:
+        if isinstance(argument, Name):
+            _report_no_thing(node, argument, known, findings)
+        elif node.function == "length":
+            text = findings.source.slice(argument.span)
+            whole = text if isinstance(argument, Member | Vector) else f"({text})"
+            helps = (replacement(f"write `{whole}.l`: it follows its vector", node.span, f"{whole}.l"),)
+            findings.error("syntax/unexpected", "`.length(…)` is that of a curve", argument.span, helps=helps)
+        else:
+            message = f"`.{node.function}` begins with the name of a curve"
+            helps = (f"write `.{node.function}(Cam, 0.25)`",)
+            findings.error("kind/mismatch", message, argument.span, helps=helps)
+        return None
+    if not isinstance(outline_of(thing), Contour) and not (isinstance(thing.own, Curved) and findings.errors):
+        message = f"`{thing.name}` is {thing.called}, not a curve"
+        findings.error("kind/mismatch", message, argument.span, helps=(f"define it as one: `{thing.name} : .curve …`",))
+        return None
+    return ContactPair(thing.number, None)
+
+
+def _names(argument: Expression, known: dict[str, Thing]) -> bool:
+    return isinstance(argument, Name) and argument.name not in known
+
+
+def _is_point(node: Call, argument: Expression, number: int) -> bool:
+    """Whether a value may stand there: the point of `.on`, or either side of a gap that is no plain name."""
+    if node.function in _OF_THINGS:
+        return not isinstance(argument, Name)
+    return number == 0
+
+
+def _report_no_thing(node: Call, argument: Expression, known: dict[str, Thing], findings: Findings) -> None:
+    if not isinstance(argument, Name):
+        message = f"`.{node.function}` takes a point and a thing with an outline"
+        helps = (f"write `.{node.function}(Pin.P, Curve)`",)
+        findings.error("kind/mismatch", message, argument.span, helps=helps)
+        return
+    if findings.is_lost(argument.name):
+        return
+    guess = findings.nearest(argument.name, known)
+    helps = (replacement(f"did you mean `{guess}`?", argument.span, guess),) if guess else ()
+    findings.error("name/unknown-thing", f"there is no thing called `{argument.name}`", argument.span, helps=helps)
+
+
+def _has_outline(thing: Thing, argument: Expression, findings: Findings) -> bool:
+    if outline_of(thing) is not None:
+        return True
+    if findings.errors and isinstance(thing.own, Curved):
+        return True  # its definition is at fault
+    what = "a picture" if thing.kind.word == "sprite" else thing.called
+    helps = ("draw its outline as a `.curve` or a `.polygon` with `.hidden`, pinned to it, and name that",)
+    findings.error(
+        "contact/outline",
+        f"`{thing.name}` is {what}, which has no outline to touch",
+        argument.span,
+        labels=(Label(thing.name_span, f"`{thing.name}` is defined here"),),
+        notes=("bars, plates, polygons, discs and curves have one",),
+        helps=helps,
+    )
+    return False
+
+
+def contact_value(function: str, pair: ContactPair, points: Sequence[Value | None], things: Sequence[Thing]) -> Value:
+    """The value of such a call; ``points`` are those of its arguments that are no things."""
+    if function in _OF_CURVE:
+        assert pair.first is not None
+        return _of_curve(function, things[pair.first], points)
+    if function == "roll":
+        assert pair.first is not None
+        assert pair.second is not None
+        return (_rolled(things[pair.first], things[pair.second]),)
+    sides = [
+        [_Side((p[0], p[1]))] if t is None and p is not None else _Side.rings(things[t])  # type: ignore[index]
+        for t, p in zip((pair.first, pair.second), points, strict=True)
+    ]
+    if function == "where":
+        one = _Side.of(things[pair.second])  # type: ignore[index]
+        assert one.contour is not None
+        found = Nearest(one.contour)
+        return (div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0]))), const(one.contour.length)),)
+    # of a hole, what is outside is solid: free is who is outside of the one, or inside of the hole
+    values = [_between(*both) for both in product(*sides) if not all(each.is_hole for each in both)]
+    return (left_to_right(lambda a, b: call("max", a, b), values),)
+
+
+def _between(one: _Side, other: _Side) -> Expr:
+    """The signed distance of two outlines, each without its holes, or of the inside of a hole and an outline."""
+    if one.contour is None and other.contour is None:
+        between = length_of((sub(other.place[0], one.place[0]), sub(other.place[1], one.place[1])))
+        return sub(between, const(one.radius + other.radius))
+    if one.contour is None:
+        one, other = other, one
+    assert one.contour is not None
+    found = Nearest(one.contour, other.contour)
+    pose = one.seen(other)
+    places = tuple(found.other(k).place(*pose) for k in range(found.count))
+    reach = one.contour.reach + (other.contour.reach if other.contour is not None else other.radius)
+    value = distance(found, pose, places)
+    return sub(value, const(reach)) if reach else value
+
+
+def _of_curve(function: str, thing: Thing, points: Sequence[Value | None]) -> Value:
+    """A value of a curve at a place, which is told as `.where` does."""
+    curve = _Side.of(thing)
+    assert curve.contour is not None
+    assert curve.turn is not None
+    if function == "length":
+        return (const(curve.contour.length),)
+    assert points[1] is not None
+    place = put_in(curve.contour.place_along, points[1][0])
+    if function == "curvature":
+        return (curvature_of(curve.contour, place),)
+    c, s = curve.turn
+    x, y = (put_in(each, place) for each in getattr(curve.contour, "position" if function == "point" else "direction"))
+    turned = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
+    if function == "point":
+        return add(curve.place[0], turned[0]), add(curve.place[1], turned[1])
+    size = call("sqrt", add(mul(x, x), mul(y, y)))
+    return div(turned[0], size), div(turned[1], size)
+
+
+def _rolled(first: Thing, second: Thing) -> Expr:
+    """How much farther the contact has come along the first than along the second, since they were as drawn."""
+    one, other = (_Side.of(thing, round_too=True) for thing in (first, second))
+    assert one.contour is not None
+    assert other.contour is not None
+    found, pose = Nearest(one.contour, other.contour), one.seen(other)
+    way = const(one.contour.side * other.contour.side)
+
+    def travelled(places: Sequence[Expr]) -> Expr:
+        here, there = (put_in(each.travelled, at) for each, at in zip(found.both, places, strict=True))
+        return add(here, mul(way, there))
+
+    (ax, ay), (bx, by) = first.anchors[0].local, second.anchors[0].local
+    drawn = [const(float(found.other(k).at(bx - ax, by - ay, 1.0, 0.0))) for k in (0, 1)]
+    return sub(travelled([found.other(k).place(*pose) for k in (0, 1)]), travelled(drawn))
+
+
+@dataclass(frozen=True, slots=True)
+class _Side:
+    """A place, and an outline about it with its direction, or a radius."""
+
+    place: tuple[Expr, Expr]
+    contour: Contour | None = None
+    radius: float = 0.0
+    turn: tuple[Expr, Expr] | None = None
+
+    @staticmethod
+    def of(thing: Thing, *, round_too: bool = False) -> _Side:
+        """A thing's outline, about its first anchor; that of a disc only if it counts how it is turned."""
+        t, outline = thing.number, outline_of(thing)
+        if round_too and isinstance(outline, Circle):
+            outline = circle(outline.radius)
+        place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
+        if not isinstance(outline, Contour):
+            return _Side(place, radius=outline.radius if isinstance(outline, Circle) else 0.0)
+        angle = symbol(ThingAngle(t))
+        return _Side(place, outline, turn=(call("cosd", angle), call("sind", angle)))
+
+    @staticmethod
+    def rings(thing: Thing) -> list[_Side]:
+        """A thing's outline, and those of its holes."""
+        whole = _Side.of(thing)
+        angle = symbol(ThingAngle(thing.number))
+        turn = call("cosd", angle), call("sind", angle)
+        holes = [hole for hole in rings_of(thing)[1:] if isinstance(hole, Contour)]
+        return [whole, *(_Side(whole.place, hole, turn=turn) for hole in holes)]
+
+    @property
+    def is_hole(self) -> bool:
+        """Whether what is inside is free."""
+        return self.contour is not None and self.contour.hollow
+
+    def seen(self, other: _Side) -> tuple[Expr, ...]:
+        """Where the other one is in this one's frame, and how it is turned there."""
+        assert self.turn is not None
+        c, s = self.turn
+        dx, dy = (sub(b, a) for a, b in zip(self.place, other.place, strict=True))
+        here = add(mul(c, dx), mul(s, dy)), sub(mul(c, dy), mul(s, dx))
+        if other.turn is None:
+            return here
+        oc, os_ = other.turn
+        return (*here, add(mul(c, oc), mul(s, os_)), sub(mul(c, os_), mul(s, oc)))

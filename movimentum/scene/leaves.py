@@ -1,0 +1,73 @@
+"""Leaves of expressions that a later stage replaces or follows: contacts, cords, directions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from movimentum.expressions import Expr, symbols
+from movimentum.records import dataclass, field
+from movimentum.scene.model import AnchorRef, Constraint
+
+if TYPE_CHECKING:  # few scripts have any, and it needs NumPy
+    from movimentum.outlines.nearest import Nearest
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPair:
+    """The things, by number, whose outlines a value is about; None: a point that the expression gives."""
+
+    first: int | None
+    second: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPlace:
+    """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene)."""
+
+    touch: Nearest
+    pose: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """A disc or a gear that a cord runs about. ``side``: 1 if who walks along the cord has it on the right, else -1."""
+
+    thing: int
+    side: int
+
+
+Stop: TypeAlias = "AnchorRef | Wheel | tuple[Expr, Expr]"
+"""What a cord runs to, through or about; two constants are a place of the canvas."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cord:
+    """``.cord(…)``, the length of a taut cord: a leaf that `movimentum.timeline.cords` replaces. ``grips``: the wheels
+    that it runs about turn with it.
+    """
+
+    stops: tuple[Stop, ...]
+    grips: bool = False
+
+
+def cords_of(item: Constraint) -> list[Cord]:
+    """The cords that a constraint is about, each once."""
+    found = symbols(*item.left, *item.right)
+    return list(dict.fromkeys(payload for payload in found if isinstance(payload, Cord)))
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """The direction of a vector (``cosine``, ``sine``) in degrees, continuous over time: it begins nearest to
+    ``drawn``. ``about``: whose it is, from one anchor to another, or of a cord and the place of a stop in it.
+    """
+
+    about: tuple[AnchorRef, AnchorRef] | tuple[Cord, int]
+    drawn: float
+    sine: Expr = field(compare=False)
+    cosine: Expr = field(compare=False)
+
+    @property
+    def of_cord(self) -> bool:
+        """Whether it is that of a part of a cord."""
+        return isinstance(self.about[0], Cord)

@@ -1,0 +1,144 @@
+"""The outline of a thing as it is drawn, in its local frame."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+from movimentum.outlines.contour import Contour, Point
+from movimentum.outlines.lines import polygon, there_and_back
+from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
+from movimentum.records import dataclass
+from movimentum.scene.model import Thing
+from movimentum.things.kinds.curve import Curved
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.sector import Annular, Wedge
+from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, Toothed, rack_corners
+
+Linear = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """A circle about a thing's first anchor; of radius 0 it is a point."""
+
+    radius: float
+
+
+def curve_of(thing: Thing) -> Contour | None:
+    """Where a ``.curve`` runs; None after an error, and for anything else."""
+    if not isinstance(thing.own, Curved) or thing.own.outline is None or not thing.anchors:
+        return None
+    return _placed(thing.own.outline, _turned(thing), thing.anchors[0].local)
+
+
+def outline_of(thing: Thing) -> Contour | Circle | None:
+    """What a thing touches others with, from its first anchor, but for its holes; None if it has no outline."""
+    return next(iter(rings_of(thing)), None)
+
+
+def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
+    """The outline of a thing, measured from its first anchor, and those of its holes; nothing if it has none.
+
+    It does not depend on a theme: without a stated ``.width`` only the line in the middle counts.
+    """
+    if not thing.anchors:
+        return ()
+    own, reach = thing.own, (thing.look.outline or 0.0) / 2.0
+    match own:
+        case Round():
+            return (Circle(own.radius),)
+        case Curved():
+            if own.outline is None:
+                return ()
+            return (_placed(own.outline, _turned(thing), (0.0, 0.0), 0.0 if own.outline.closed else reach),)
+        case Annular():
+            return Circle(own.outer), circle(own.inner, hollow=True)
+        case Wedge() if own.turn == 360.0:
+            return (Circle(own.radius),)
+        case Wedge():
+            begin = 180.0 - own.begin - own.turn if thing.placement.mirrored else own.begin
+            return (sector(own.radius, begin + (thing.placement.turned.value or 0.0), own.turn),)
+        case Toothed():
+            return _toothed(thing, own)
+        case _:
+            return _edged(thing, reach)
+
+
+def _toothed(thing: Thing, own: Toothed) -> tuple[Contour | Circle, ...]:
+    """Of a gear or a rack."""
+    direction, teeth, module = thing.tooth_direction, own.teeth, own.module
+    if thing.kind.word == "rack":
+        c, s = math.cos(math.radians(direction)), math.sin(math.radians(direction))
+        return (polygon([(c * x - s * y, s * x + c * y) for x, y in rack_corners(teeth, module)]),)
+    if not own.inner:
+        return (gear(teeth, module, PRESSURE_ANGLE, ADDENDUM, DEDENDUM, direction),)
+    # the gaps of a ring have the shape of a gear's teeth
+    gaps = gear(teeth, module, PRESSURE_ANGLE, DEDENDUM, ADDENDUM, direction + 180.0 / teeth)
+    return Circle(own.pitch_radius + (DEDENDUM + RIM) * module), gaps.but(hollow=True)
+
+
+def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
+    """Of a body with edges between its anchors."""
+    look, word = thing.look, thing.kind.word
+    if word not in ("bar", "plate", "polygon", "bezier"):
+        return ()
+    (x, y), middles = thing.anchors[0].local, {arc.through for arc in look.arcs}
+    numbers = [n for n in (look.drawn or range(len(thing.anchors))) if n not in middles]
+
+    def local(number: int) -> Point:
+        u, v = thing.anchors[number].local
+        return u - x, v - y
+
+    points = [local(n) for n in numbers]
+    if word == "plate":
+        corners = _hull(tuple(points))
+        if len(corners) > 2:
+            return (polygon(corners, reach),)
+        return (there_and_back(corners, reach),) if len(corners) == 2 else (Circle(reach),) if reach else ()
+    if word == "bezier":
+        return (bezier(tuple(points), reach),) if len(points) > 2 else ()
+    bends: list[Point | None] = [None] * len(points)
+    side, places = -1.0 if thing.placement.mirrored else 1.0, {n: k for k, n in enumerate(numbers)}
+    for arc in look.arcs:
+        if (k := places.get(arc.end)) is not None:
+            (px, py), (u, v), rise = points[k - 1], points[k], side * arc.bulge
+            raised = (px + u) / 2.0 + rise * (v - py), (py + v) / 2.0 - rise * (u - px)
+            bends[k] = raised if arc.through is None else local(arc.through)
+    kept = [k for k in range(len(points)) if k == 0 or points[k] != points[k - 1]]
+    corners, bends = [points[k] for k in kept], [bends[k] for k in kept]
+    if word == "polygon":
+        corners, bends = (corners[:-1], bends[:-1]) if corners[0] == corners[-1] else (corners, bends)
+        return (edged(tuple(corners), tuple(bends), 0.0, closed=True),) if len(corners) > 2 or any(bends) else ()
+    return (edged(tuple(corners), tuple(bends), reach, closed=False),) if len(corners) > 1 else ()
+
+
+def _hull(points: tuple[Point, ...]) -> list[Point]:
+    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+
+    def half(ordered: list[Point]) -> list[Point]:
+        chain: list[Point] = []
+        for x, y in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2], chain[-1]
+                if (bx - ax) * (y - ay) > (by - ay) * (x - ax):
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    ordered = sorted(set(points))
+    return half(ordered) + half(ordered[::-1])
+
+
+def _turned(thing: Thing) -> Linear:
+    shape = thing.placement.affine
+    return shape.a, shape.b, shape.d, shape.e
+
+
+@lru_cache(maxsize=512)
+def _placed(outline: Contour, linear: Linear, at: Point, reach: float = 0.0) -> Contour:
+    placed = outline.placed(linear, at)
+    if reach == 0.0:
+        return placed
+    return placed.but(reach=reach)

@@ -1,0 +1,128 @@
+"""What follows other things: the anchors, the places and the wheels that its definition names."""
+
+from __future__ import annotations
+
+from movimentum.diagnostics import replacement
+from movimentum.scene.anchors import build_anchors, moved
+from movimentum.scene.cords import checked, signed_radius, wheel_of
+from movimentum.scene.expansion.placement import CopyFrame
+from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import Stop, Wheel
+from movimentum.scene.model import Anchor, AnchorRef, FixedPoint, PointRef
+from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
+from movimentum.source import Span
+from movimentum.syntax.expression_tree import Member, Negate
+from movimentum.syntax.printer import expression_text
+from movimentum.syntax.tree import AnchorDefinition, Definition, Reference, is_fixed_point
+from movimentum.things.kinds.cord import Course
+from movimentum.things.kinds.line import LINE
+from movimentum.things.registry import kind_of
+
+
+def points_of(
+    number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
+) -> tuple[PointRef, ...]:
+    """What a thing is drawn at: anchors of others, and points of the canvas."""
+    found: list[PointRef] = []
+    for item in definition.parts:
+        if isinstance(item, Reference):
+            ref = _anchor_named(item, table, findings)
+            if ref is not None:
+                found.append(ref)
+        elif isinstance(item, AnchorDefinition):
+            found += [FixedPoint(number, anchor) for anchor in _fixed_point(item, definition, placement, findings)]
+    count = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
+    _check_count(definition, count, findings)
+    return tuple(found)
+
+
+def course_of(
+    number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
+) -> tuple[tuple[PointRef, ...], Course]:
+    """What a cord runs to, and the radii that it runs about."""
+    found: list[PointRef] = []
+    radii: list[float] = []
+    stops: list[Stop] = []
+    spans: list[Span] = []
+    errors = findings.errors
+    for item in definition.parts:
+        if isinstance(item, Reference):
+            stop = _stop(item, table, findings)
+            if stop is not None:
+                found.append(stop if isinstance(stop, AnchorRef) else AnchorRef(stop.thing, 0))
+                radii.append(signed_radius(table.things, stop))
+                stops.append(stop)
+                spans.append(item.span)
+        elif isinstance(item, AnchorDefinition):
+            for anchor in _fixed_point(item, definition, placement, findings):
+                found.append(FixedPoint(number, anchor))
+                radii.append(0.0)
+                stops.append(anchor.coordinates)
+                spans.append(item.span)
+    if findings.errors == errors:
+        _check_count(definition, len(stops), findings)
+        checked(stops, spans, table.things, findings)
+    return tuple(found), Course(tuple(radii))
+
+
+def _stop(item: Reference, table: ThingTable, findings: Findings) -> AnchorRef | Wheel | None:
+    """The anchor or the wheel that a part of a cord's definition names."""
+    node, side = (item.thing.operand, -1) if isinstance(item.thing, Negate) else (item.thing, 1)
+    name = expression_text(node)
+    if name in table.number:
+        return wheel_of(table.things[table.number[name]], side, item.span, findings)
+    if not isinstance(node, Member):
+        report_unknown_thing(name, "", node.span, table, findings)
+        return None
+    if side < 0:
+        written = replacement(f"write `{name}`", item.span, name)
+        message = "a minus says on which side a wheel is, and this is a point"
+        findings.error("kind/mismatch", message, item.span, helps=(written,))
+        return None
+    point = Reference(node.operand, node.name, span=item.span, anchor_span=node.name_span)
+    return _anchor_named(point, table, findings)
+
+
+def _fixed_point(
+    item: AnchorDefinition, definition: Definition, placement: CopyFrame | None, findings: Findings
+) -> list[Anchor]:
+    if item.name:
+        findings.error(
+            "kind/anchors",
+            f"`{definition.name}` is drawn at anchors of other things, so it has none of its own",
+            item.span,
+            helps=(replacement("name a point of the canvas by its place", item.name_span.to(item.base.span),
+                               findings.source.slice(item.base.span)),) if not item.offsets else (),
+        )  # fmt: skip
+        return []
+    found = build_anchors([item], lambda node: None, findings)
+    return [moved(each, *placement.placed(*each.coordinates)) for each in found] if placement is not None else found
+
+
+def _anchor_named(item: Reference, table: ThingTable, findings: Findings) -> AnchorRef | None:
+    name = expression_text(item.thing)
+    number = table.number.get(name)
+    if number is None:
+        report_unknown_thing(name, item.anchor, item.thing.span, table, findings)
+        return None
+    anchor = table.anchor(number, item.anchor)
+    if anchor is None:
+        report_unknown_anchor(table.things[number], item.anchor, item.anchor_span, table, findings)
+    return anchor
+
+
+def _check_count(definition: Definition, count: int, findings: Findings) -> None:
+    """A follower is drawn at the right number of anchors."""
+    kind = kind_of(definition.shape.word)
+    least, most = kind.points or (2, None)
+    if least <= count and (most is None or count <= most):
+        return
+    some = f"at least {least} anchors" if most is None else f"{least} anchor{'s' if least > 1 else ''}"
+    points = " ".join(f"{name}.Anchor" for name in ("Thing", "Other", "Third")[:least])
+    through = "through" if kind is LINE else "at"
+    findings.error(
+        "kind/anchors",
+        f"{kind.written} is drawn {through} {some}, `{definition.name}` names {count or 'none'}",
+        definition.name_span,
+        helps=(f"write `{definition.name} : .{kind} {points};`",),
+    )

@@ -1,0 +1,225 @@
+"""The profiles that things cut in each other over a film: from exact poses and rates to outlines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr, add, call, mul, sub, symbol
+from movimentum.memo import Memo
+from movimentum.outlines.contour import Contour
+from movimentum.outlines.envelope import envelope
+from movimentum.outlines.profile import Corner, Profile, profile
+from movimentum.outlines.shapes import circle
+from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.lowering.unknowns import PoseX, PoseY
+from movimentum.planning.structure.rates import RateError
+from movimentum.records import dataclass
+from movimentum.scene.cutting import CutJob, CutProfile
+from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
+from movimentum.scene.outlines import Circle, outline_of
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.rates.rates import UndefinedRate, rates_at
+from movimentum.solver.reuse import scene_key, segment_key
+from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.solver import solve
+from movimentum.timeline.arrange import arrange
+from movimentum.timeline.model import Timeline
+from movimentum.tolerances import CUT_CURVED, CUT_WOULD_DO
+
+KEPT = 16
+"""Scenes after which a profile that none of them has asked for is forgotten."""
+_PROFILES = Memo(KEPT)
+INSTANTS = 4000
+"""Of a film at which curvatures are asked for, where a profile is undercut."""
+HALVED = 10
+"""How often the interval is halved in which the radius is that would do."""
+
+
+def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile]:
+    """The profile of each of ``jobs``; see `scene.cutting`. Profiles of films that differ in nothing that matters for
+    them are found once.
+    """
+    made = scene()
+    timeline = arrange(made)
+    of_scene = scene_key(made)
+    segments = tuple(segment_key(0, each, made.source.text) for each in timeline.segments)
+    numbers = {thing.name: thing for thing in made.things}
+    motion: list[PathMotion] = []
+
+    def solved() -> PathMotion:
+        motion[:] = motion or [solve(timeline)]
+        return motion[0]
+
+    _PROFILES.begin()
+    found: list[CutProfile] = []
+    for job in jobs:
+        tool, frame = numbers.get(job.tool), numbers.get(job.frame)
+        outline = None if tool is None else outline_of(tool)
+        if tool is None or frame is None or outline is None or not frame.anchors:
+            found.append(CutProfile(fault="its motion depends on the profile"))
+            continue
+        key: Hashable = of_scene, segments, outline, job
+        profile = _PROFILES.get("profile", key)
+        if profile is None:
+            profile = _PROFILES.keep("profile", key, _cut(timeline, solved, outline, tool, frame, job))
+        found.append(profile)
+    return found
+
+
+def _cut(
+    timeline: Timeline,
+    solved: Callable[[], PathMotion],
+    outline: Contour | Circle,
+    tool: Thing,
+    frame: Thing,
+    job: CutJob,
+) -> CutProfile:
+    try:
+        motion = solved()
+        if job.needed and _is_free(motion, tool):
+            return CutProfile(fault=f"`{tool.name}` is moved by nothing but the profile")
+        course = RelativeMotion(motion, tool, frame, round_=isinstance(outline, Circle))
+        cutting = _Cutting(course, _parts(motion), job.outer)
+        shape = circle(outline.radius) if isinstance(outline, Circle) else outline
+        made = cutting.profile(shape, outline.radius if isinstance(outline, Circle) else None)
+    except (RateError, UndefinedRate):
+        return CutProfile(fault="the motion has no velocities")
+    if made is None:
+        return CutProfile(fault=cutting.fault)
+    turned = made.outline.but(hollow=True) if cutting.outside else made.outline
+    if not made.corners:
+        return CutProfile(turned)
+    first = min(made.corners, key=lambda corner: corner.time)
+    x, y = frame.anchors[0].local
+    place = x + first.place[0], y + first.place[1]
+    radius = cutting.radius(outline.radius, first) if isinstance(outline, Circle) else None
+    farther = None if isinstance(outline, Circle) else cutting.farther(tool, outline)
+    return CutProfile(turned, time=first.time, place=place, radius=radius, farther=farther)
+
+
+def _is_free(motion: PathMotion, tool: Thing) -> bool:
+    """Whether nothing determines how a thing moves."""
+    for segment_motion in motion.segments:
+        unknowns = segment_motion.plan.system.unknowns
+        for block in segment_motion.plan.blocks:
+            free = [unknowns[each].payload for each in block.unknowns] if isinstance(block, Free) else []
+            if any(isinstance(each, PoseX | PoseY) and each.thing == tool.number for each in free):
+                return True
+    return False
+
+
+def _parts(motion: PathMotion) -> list[tuple[Fraction, Fraction]]:
+    """From when to when the motion is smooth."""
+    found: list[tuple[Fraction, Fraction]] = []
+    for segment_motion in motion.segments:
+        start, end = segment_motion.segment.start, min(segment_motion.segment.end, motion.timeline.end)
+        for piece in segment_motion.pieces:
+            if not isinstance(piece, Unsolved):
+                begin, last = start + Fraction(piece.begin), min(start + Fraction(piece.end), end)
+                if last > begin:
+                    found.append((begin, last))
+    return found
+
+
+class RelativeMotion:
+    """How a tool moves in the frame of another thing; of a round one it does not matter how it turns."""
+
+    def __init__(self, motion: PathMotion, tool: Thing, frame: Thing, *, round_: bool) -> None:
+        self.motion, self.round = motion, round_
+        place = [symbol(AnchorCoordinate(tool.number, 0, axis)) for axis in (0, 1)]
+        origin = [symbol(AnchorCoordinate(frame.number, 0, axis)) for axis in (0, 1)]
+        angle = symbol(ThingAngle(frame.number))
+        c, s = call("cosd", angle), call("sind", angle)
+        dx, dy = (sub(a, b) for a, b in zip(place, origin, strict=True))
+        self.place: list[Expr] = [add(mul(c, dx), mul(s, dy)), sub(mul(c, dy), mul(s, dx))]
+        self.turn = sub(symbol(ThingAngle(tool.number)), angle)
+
+    def rates(self, times: Sequence[Fraction], order: int) -> FloatArray:
+        """(3, N): of x, y and the angle (in radians)."""
+        asked = self.place if self.round else [*self.place, self.turn]
+        found = rates_at(self.motion, asked, order, times)
+        return np.vstack([found, np.zeros(len(times))]) if self.round else found * [[1.0], [1.0], [math.pi / 180.0]]
+
+    def __call__(self, times: Sequence[Fraction]) -> FloatArray:
+        """See `outlines.envelope.Course`."""
+        x, y, turn = self.rates(times, 0)
+        vx, vy, w = self.rates(times, 1)
+        return np.stack([x, y, np.cos(turn), np.sin(turn), vx, vy, w])
+
+
+@dataclass(slots=True, eq=False)
+class _Cutting:
+    course: RelativeMotion
+    parts: list[tuple[Fraction, Fraction]]
+    outer: bool
+    fault: str = ""
+    outside: bool = False
+    """Whether what is left is outside of the profile."""
+
+    def profile(self, tool: Contour, radius: float | None) -> Profile | None:
+        runs, poses = envelope(tool, self.parts, self.course)
+        if not poses.shape[1]:
+            self.fault = "the film has no motion" if not self.parts else "the motion has no solution"
+            return None
+        if not runs:
+            self.fault = "the tool rests in what it cuts"
+            return None
+        made = profile(runs, poses, tool, radius=radius, outer=self.outer)
+        if made is None:
+            self.fault = "the tool goes over all of it"
+        else:
+            self.outside = made.outer and made.outline.closed
+        return made
+
+    # --- what would do where it is undercut
+
+    def radius(self, radius: float, corner: Corner) -> float | None:
+        """The largest of a roller that leaves a profile which does not cross itself, as far as it is known."""
+        times = self._times()
+        (x, y, _), (vx, vy, _), (ax, ay, _) = (self.course.rates(times, order) for order in range(3))
+        with np.errstate(all="ignore"):
+            bend = (vx * ay - vy * ax) / np.hypot(vx, vy) ** 3
+        near = int(np.argmin(np.abs(np.array([float(t) for t in times]) - corner.time)))
+        side = math.copysign(1.0, vx[near] * (corner.place[1] - y[near]) - vy[near] * (corner.place[0] - x[near]))
+        most = float(np.nanmax(side * bend, initial=0.0))
+        high = min(radius, 1.0 / most if most > 1.0 / radius else radius) * CUT_WOULD_DO
+        if not self._crosses(high):
+            return high
+        low = 0.0
+        for _ in range(HALVED):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if self._crosses(middle) else (middle, high)
+        return low or None
+
+    def _crosses(self, radius: float) -> bool:
+        made = self.profile(circle(radius), radius)
+        return made is None or bool(made.corners)
+
+    def farther(self, tool: Thing, outline: Contour) -> float | None:
+        """By how much a straight face must be farther away."""
+        if tool.kind.word != "bar" or len(tool.anchors) != 2 or not outline.doubled:
+            return None
+        (px, py), (qx, qy) = (anchor.local for anchor in tool.anchors)
+        along = math.atan2(qy - py, qx - px)
+        (x, y, turn), (vx, vy, w), (ax, ay, b) = (self.course.rates(self._times(), order) for order in range(3))
+        nx, ny = -np.sin(turn + along), np.cos(turn + along)
+        away = x * nx + y * ny
+        side = math.copysign(1.0, float(np.nanmedian(away)))
+        # the distance of the face from the frame's origin by its direction: its value and its derivatives
+        across = x * -ny + y * nx
+        first = vx * nx + vy * ny + w * across
+        second = ax * nx + ay * ny + 2.0 * w * (vx * -ny + vy * nx) + b * across - w * w * away
+        with np.errstate(all="ignore"):
+            slope = first / w
+            bend = away + (second - slope * b) / (w * w)
+        least = float(np.nanmin(side * bend))
+        return -least if least < -CUT_CURVED * outline.size else None
+
+    def _times(self) -> list[Fraction]:
+        begin, end = self.parts[0][0], self.parts[-1][1]
+        return [begin + (end - begin) * Fraction(2 * k + 1, 2 * INSTANTS) for k in range(INSTANTS)]

@@ -1,0 +1,75 @@
+"""Texts of an SVG: outlines, or texts in the font of the document; also where they change."""
+
+from __future__ import annotations
+
+from movimentum.geometry import Affine
+from movimentum.text import unraised
+from movimentum.vector.elements import XmlElement, escaped
+from movimentum.vector.film import Film
+from movimentum.vector.letters import lettering, live_text
+from movimentum.vector.numbers import joined, short
+from movimentum.vector.parts import Animator
+
+
+class WordWriter:
+    """Writes the texts of one film; ``prefix`` begins the ids of their letters."""
+
+    def __init__(self, film: Film, prefix: str, animate: Animator) -> None:
+        self._film, self._prefix, self._animate = film, prefix, animate
+        self._words = 0
+
+    def changing(self, words: list[str], height: float, align: str, italic: bool, drawn: str) -> XmlElement:
+        """A text that may be another one in every frame: each letter once, each text once, and which one is shown."""
+        numbers: dict[str, str] = {}
+        found: list[str] = []
+        letter: dict[str, str] = {}
+
+        def spelled(path: str, x: float) -> str:
+            if path not in letter:
+                self._words += 1
+                letter[path] = f"{self._prefix}w{self._words}"
+                found.append(f'<path id="{letter[path]}" fill-rule="evenodd" d="{path}"/>')
+            return f'<use href="#{letter[path]}" x="{short(x, 1)}"/>'
+
+        if self._film.live:
+            return self.live(words, height, align, italic, drawn)
+        for text in dict.fromkeys(words):
+            letters = lettering(text, height, align, italic)
+            inside = None if letters.glyphs is None else "".join(spelled(*glyph) for glyph in letters.glyphs)
+            self._words += 1
+            numbers[text] = f"#{self._prefix}w{self._words}"
+            start = f'id="{self._prefix}w{self._words}" {matrix(letters.place)}'
+            if inside is None:
+                found.append(f'<path {start} fill-rule="evenodd" d="{letters.path}"/>')
+            else:
+                found.append(f"<g {start}>{inside}</g>")
+        use = XmlElement("use", [drawn])
+        self._animate(use, "href", [numbers[text] for text in words])
+        return XmlElement("g", [spoken(words[0])], [f"<defs>{''.join(found)}</defs>", str(use)])
+
+    def live(self, words: list[str], height: float, align: str, italic: bool, drawn: str) -> XmlElement:
+        """The same as texts, in the font of the document."""
+        if len(set(words)) == 1:
+            return XmlElement("g", inside=[live_text(words[0], height, align, italic, drawn)])
+        names: dict[str, str] = {}
+        texts_of_it: list[str] = []
+        for text in dict.fromkeys(words):
+            self._words += 1
+            names[text] = f"{self._prefix}w{self._words}"
+            texts_of_it.append(live_text(text, height, align, italic, f'id="{names[text]}"'))
+        use = XmlElement("use", [drawn])
+        self._animate(use, "href", [f"#{names[text]}" for text in words])
+        return XmlElement("g", inside=[f"<defs>{''.join(texts_of_it)}</defs>", str(use)])
+
+
+def spoken(text: str) -> str:
+    """The attributes that say what letters spell."""
+    plain = unraised(text)
+    drawn = "" if plain == text else f' data-drawn="{escaped(text)}"'
+    return f'role="img" aria-label="{escaped(plain)}"{drawn}'
+
+
+def matrix(place: Affine) -> str:
+    """The attribute of a map."""
+    numbers = joined(*(place.a, place.d, place.b, place.e, place.c, place.f), decimals=6)
+    return f'transform="matrix({numbers})"'
