@@ -18,7 +18,7 @@ from movimentum.records import dataclass
 from movimentum.scene.findings import Findings
 from movimentum.scene.leaves import ContactPair
 from movimentum.scene.model import AnchorCoordinate, Thing, ThingAngle
-from movimentum.scene.outlines import Circle, outline_of, rings_of
+from movimentum.scene.outlines import Circle, outline_of, pieces_of
 from movimentum.scene.values import Value, left_to_right, length_of
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Several, Vector
 from movimentum.things.kinds.curve import Curved
@@ -160,7 +160,7 @@ def _of_pair(
         assert second is not None
         return _rolled(first, second)
     sides = [
-        [_Side((p[0], p[1]))] if thing is None and p is not None else _Side.rings(thing)  # type: ignore[arg-type]
+        [[_Side((p[0], p[1]))]] if thing is None and p is not None else _Side.pieces(thing)  # type: ignore[arg-type]
         for thing, p in zip((first, second), points, strict=True)
     ]
     if function == "where":
@@ -168,9 +168,14 @@ def _of_pair(
         one = _Side.of(second)
         assert one.contour is not None
         found = Nearest(one.contour)
-        return div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0]))), const(one.contour.length))
+        return div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0][0]))), const(one.contour.length))
+    return left_to_right(lambda a, b: call("min", a, b), [_of_pieces(*both) for both in product(*sides)])
+
+
+def _of_pieces(one: Sequence[_Side], other: Sequence[_Side]) -> Expr:
+    """The distance of two connected pieces with their holes."""
     # of a hole, what is outside is solid: free is who is outside of the one, or inside of the hole
-    values = [_between(*both) for both in product(*sides) if not all(each.is_hole for each in both)]
+    values = [_between(a, b) for a in one for b in other if not (a.is_hole and b.is_hole)]
     return left_to_right(lambda a, b: call("max", a, b), values)
 
 
@@ -249,13 +254,18 @@ class _Side:
         return _Side(place, outline, turn=(call("cosd", angle), call("sind", angle)))
 
     @staticmethod
-    def rings(thing: Thing) -> list[_Side]:
-        """A thing's outline, and those of its holes."""
-        whole = _Side.of(thing)
-        angle = symbol(ThingAngle(thing.number))
+    def pieces(thing: Thing) -> list[list[_Side]]:
+        """Of each piece of a thing the outline, and those of its holes."""
+        t, angle = thing.number, symbol(ThingAngle(thing.number))
+        place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
         turn = call("cosd", angle), call("sind", angle)
-        holes = [hole for hole in rings_of(thing)[1:] if isinstance(hole, Contour)]
-        return [whole, *(_Side(whole.place, hole, turn=turn) for hole in holes)]
+        return [
+            [
+                _Side(place, radius=ring.radius) if isinstance(ring, Circle) else _Side(place, ring, turn=turn)
+                for ring in piece
+            ]
+            for piece in pieces_of(thing)
+        ]
 
     @property
     def is_hole(self) -> bool:

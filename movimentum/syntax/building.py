@@ -188,9 +188,26 @@ class Builder(ValueBuilder):
 
     whole_follower = cord = follower
 
+    def body(self, pieces: Sequence[Piece]) -> Definition:
+        """``.body Name = shape + shape - shape options;``."""
+        word, head, _, *rest = pieces[:-1]
+        terms: list[Piece] = []
+        for before, piece in zip(["+", *rest], rest, strict=False):
+            minus = isinstance(before, Token) and str(before) == "-"
+            if isinstance(piece, Points) and minus:
+                terms.append(replace(piece, minus=before.span))
+            elif isinstance(piece, Points | Option):
+                terms.append(piece)
+        shape = ShapeWord(str(word)[1:], span=word.span)
+        parts = _behind_points(terms)
+        span = Span(word.span.start, pieces[-1].span.end)
+        return Definition(head.name, shape, parts, head.suffixes, span=span, name_span=head.name_span)
+
     def whole(self, pieces: Sequence[Piece]) -> Points:
         """A thing, and the words behind it, which may be options."""
         return Points(pieces, whole=True)
+
+    shape_term = whole
 
     def stop(self, pieces: Sequence[Piece]) -> Points:
         """What a cord runs to, or a wheel; the scene knows which."""

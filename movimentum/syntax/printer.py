@@ -118,6 +118,8 @@ def item_text(item: Item) -> str:
         case Copy():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
             parts = [head, f"{item.part}({_arguments(item.arguments)})", *map(_option_text, item.options)]
+        case Definition() if item.shape.word == "body":
+            return _body_text(item)
         case Definition():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
             parts = [head, _shape_text(item.shape), *map(_part_text, item.parts)]
@@ -138,6 +140,15 @@ def item_text(item: Item) -> str:
             if item.speed is not None:
                 parts.append(f".speed({expression_text(item.speed)})")
     return " ".join(parts) + ";"
+
+
+def _body_text(item: Definition) -> str:
+    text = f".body {item.name}{_suffixes_text(item.suffixes)} ="
+    for number, part in enumerate(item.parts):
+        minus = isinstance(part, Reference) and isinstance(part.thing, Negate)
+        sign = "" if number == 0 or not isinstance(part, Reference) else " -" if minus else " +"
+        text += f"{sign} {_part_text(part).removeprefix('-')}"
+    return text + ";"
 
 
 def _value_text(value: Expression | Text, before_option: bool) -> str:

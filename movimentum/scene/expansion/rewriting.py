@@ -12,6 +12,7 @@ from movimentum.scene.expansion.scopes import (
     CopyEntry,
     Entry,
     Scope,
+    ShapeEntry,
     ThingEntry,
     Value,
 )
@@ -50,6 +51,8 @@ class Rewriter:
     whole_number: Callable[[Expression, str], int | None]
     tables: TableFiles
     things: dict[str, ThingEntry] = field(default_factory=dict[str, ThingEntry])
+    shapes: dict[str, ShapeEntry] = field(default_factory=dict[str, ShapeEntry])
+    """Things that are shapes of a body."""
     asked: list[tuple[Scope, str, Span, str]] = field(default_factory=list[tuple[Scope, str, Span, str]])
     """Variables of copies that are used from outside: (the copy's scope, name, place, the copy's name)."""
 
@@ -57,8 +60,19 @@ class Rewriter:
         """``root`` as it is meant in ``scope``; None after an error. Names in ``keep`` stay as they are."""
         made = self._made(root, scope, keep)
         if made is None or not isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
-            return self._no_set(made) if isinstance(made, Several) else made
+            if isinstance(made, Several):
+                return self._no_set(made)
+            return self._no_shape(made.name, made.span) if isinstance(made, Name) and made.name in self.shapes else made
         return self._no_value(made, scope.place(root.span))
+
+    def thing(self, root: Expression, scope: Scope) -> Expression | None:
+        """What names a thing before an anchor of it; None after an error."""
+        made = self._made(root, scope, frozenset())
+        if isinstance(made, Several):
+            return self._no_set(made)
+        if isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
+            return self._no_value(made, scope.place(root.span))
+        return made
 
     def all_named(self, root: Expression, scope: Scope) -> list[Expression]:
         """What names a thing, or several, one by one; nothing after an error."""
@@ -101,12 +115,18 @@ class Rewriter:
         plain: list[Expression] = []
         for each, child in zip(below, children(node), strict=True):
             if isinstance(each, ArrayEntry) and isinstance(node, Call) and node.function in OF_SEVERAL:
-                each = self._several(each, child, scope.place(child.span))
+                several = self._several(each, child, scope.place(child.span))
+                if several is None:
+                    return None
+                each = several
             if isinstance(each, ArrayEntry | CopyEntry | ThingEntry):
                 self._no_value(each, span if isinstance(node, Call) else child.span)
                 return None
             if isinstance(each, Several) and not (isinstance(node, Call) and node.function in OF_SEVERAL):
                 self._no_set(each)
+                return None
+            if isinstance(each, Name) and each.name in self.shapes:
+                self._no_shape(each.name, each.span)
                 return None
             plain.append(each)
         made = rebuilt(node, plain, span)
@@ -183,6 +203,9 @@ class Rewriter:
             part = operand.components["xy".index(node.name)]
             if isinstance(part, Constant):  # of a vector constant
                 return Constant(part.value, part.computed, span=span)
+        if isinstance(operand, Name) and (shape := self.shapes.get(operand.name)) is not None:
+            name = self.in_body(operand.name, node.name)
+            return Member(Name(shape.body, span=operand.span), name, span=span, name_span=name_span)
         if not isinstance(operand, CopyEntry):
             return Member(operand, node.name, span=span, name_span=name_span)
         inner = operand.scope
@@ -256,7 +279,7 @@ class Rewriter:
         some = {number: each for number, each in operand.entries.items() if first <= number <= last}
         return self._several(ArrayEntry(operand.name, some, operand.span), node, scope.place(node.span))
 
-    def _several(self, array: ArrayEntry, node: Expression, span: Span) -> Several | ArrayEntry:
+    def _several(self, array: ArrayEntry, node: Expression, span: Span) -> Several | ArrayEntry | None:
         """The things of an array; of an array of copies the array itself."""
         names: list[str] = []
         stack: list[Entry] = [array]
@@ -264,11 +287,25 @@ class Rewriter:
             entry = stack.pop()
             if isinstance(entry, CopyEntry):
                 return array
+            if isinstance(entry, ThingEntry) and entry.name in self.shapes:
+                return self._no_shape(entry.name, span)
             if isinstance(entry, ThingEntry):
                 names.append(entry.name)
             else:
                 stack += [entry.entries[number] for number in sorted(entry.entries, reverse=True)]
         return Several(tuple(names), expression_text(node), span=span)
+
+    def in_body(self, shape: str, name: str) -> str:
+        """What the body of a shape calls an anchor or a property of it."""
+        own = name not in self.things[shape].anchors and name in THING_MEMBERS
+        return name if own else self.shapes[shape].prefix + name
+
+    def _no_shape(self, name: str, span: Span) -> None:
+        body = self.shapes[name].body
+        message = f"`{name}` is a shape of the body `{body}`, not a thing of its own"
+        helps = (replacement(f"name the body: `{body}`", span, body),)
+        label = Label(self.things[body].span, f"`{body}` is defined here")
+        self.findings.error("body/shape", message, span, labels=(label,), helps=helps)
 
     def _no_set(self, node: Several) -> None:
         message = f"`{node.said}` is {len(node.names)} things, not a value"
