@@ -475,6 +475,8 @@ EDGES_MEET = 1e-9
 """Of the size of outlines that become one: points that are so near are one, and edges lie on each other; above the
 rounding of crossings (1e-13), below what can be meant.
 """
+EDGES_CROSS_AT = 1e-4
+"""Radians: edges that meet at less touch, and do not cross: they are within `EDGES_MEET` for about its square root."""
 EDGE_IS_ARC = 1e-13
 """Of an edge's size: an edge that is nowhere farther from an arc is one, by rounding."""
 STAYS_PINNED = 1e-9

@@ -24,6 +24,7 @@ from movimentum.outlines.pieces import Smooth, assembled, at_piece
 from movimentum.outlines.shapes import circle
 from movimentum.tolerances import (
     EDGE_IS_ARC,
+    EDGES_CROSS_AT,
     EDGES_MEET,
     FLATTENED,
     LEAST_DIVISOR,
@@ -336,7 +337,7 @@ def _crossings(edge: Edge, other: Edge, s: FloatArray, r: FloatArray, near: floa
         bx, by, ex, ey = other.at(r)
         met = (np.hypot(bx - ax, by - ay) <= near) & np.isfinite(s) & np.isfinite(r)
         # where both go along each other, ends tell where
-        turn = abs(dx * ey - dy * ex) > OUTLINE_CORNER * np.hypot(dx, dy) * np.hypot(ex, ey)
+        turn = abs(dx * ey - dy * ex) > EDGES_CROSS_AT * np.hypot(dx, dy) * np.hypot(ex, ey)
     slack = near / max(float(np.hypot(*np.diff(edge.points, axis=0).T).sum()), near) * span
     margin = near / max(float(np.hypot(*np.diff(other.points, axis=0).T).sum()), near) * wide
     met &= turn & (s > edge.begin - slack) & (s < edge.end + slack)
