@@ -121,7 +121,7 @@ g = .gap(P, A[1..3]);   all = .gap(P, A);   d = .on(P.O, A[1..3]);
     assert motion["g"] == pytest.approx(away[1:4].min(axis=0) - 7)
     assert motion["all"] == pytest.approx(away.min(axis=0) - 7)
     assert motion["d"] == pytest.approx(away[1:4].min(axis=0) - 4)
-    assert not motion.diagnostics
+    assert not [item for item in motion.diagnostics if item.code.startswith("claim")]
 
 
 @pytest.mark.parametrize(
