@@ -18,6 +18,7 @@ from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.curve import Curved
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sector import Annular, Wedge
+from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, Toothed, rack_corners
 
 Linear = tuple[float, float, float, float]
@@ -65,6 +66,8 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
             if own.outline is None:
                 return ()
             return (_placed(own.outline, _turned(thing), (0.0, 0.0), 0.0 if own.outline.closed else reach),)
+        case SpriteImage():
+            return () if own.border is None else (_placed(own.border, _turned(thing), (0.0, 0.0)),)
         case Composite():
             return tuple(ring for piece in own.pieces for ring in piece)
         case Annular():

@@ -124,6 +124,31 @@ g = .gap(P, A[1..3]);   all = .gap(P, A);   d = .on(P.O, A[1..3]);
     assert not [item for item in motion.diagnostics if item.code.startswith("claim")]
 
 
+SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="100" height="80">
+<path id="rim" d="M10,10 L60,10 L60,40 L10,40 Z"/><circle id="dot" cx="80" cy="60" r="10"/></svg>"""
+
+
+def test_pictures_have_the_outline_that_is_stated(tmp_path):
+    (tmp_path / "d.svg").write_text(SVG)
+    (tmp_path / "o.mov").write_text("""
+.config(2, 300, 260);
+A : 'd.svg#rim' P = [10,40];
+B : 'd.svg' P = [10,40] .outline('#dot') .scale(2);
+W : 'd.svg' C = [20,20] .outline([0,0], [40,0], [40,40], [0,40]);
+V : 'd.svg' C = [20,20] .outline([0,0], [40,0], [40,40], [0,40]) .topleft;
+D : .disc(5) C = [200,100];
+@0 A.P = [100,100]; A.angle = 90*.t; B.P = [100,100]; B.angle = 0; W.C = [50,200]; W.angle = 0;
+V.C = [50,200]; V.angle = 0;   D.C = [200,100];
+a = .gap(D, A);  b = .gap(D, B);  w = .gap(D, W);  v = .gap(D, V);
+@1
+""")
+    motion = mv.load(tmp_path / "o.mov").solve()
+    assert motion["a"][0] == pytest.approx(45)
+    assert motion["a"][-1] == pytest.approx(95)  # turned about [100,100]
+    assert motion["b"][0] == pytest.approx(math.hypot(40, 40) - 25)
+    assert motion["w"][0] == motion["v"][0] == pytest.approx(math.hypot(130, 80) - 5)
+
+
 @pytest.mark.parametrize(
     ("text", "code", "help_"),
     [
