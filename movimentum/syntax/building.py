@@ -33,7 +33,6 @@ from movimentum.syntax.expression_tree import (
     Negate,
     Number,
     Operator,
-    Piecewise,
     Sum,
     Vector,
 )
@@ -225,15 +224,6 @@ class Builder(ValueBuilder):
         word, thing = pieces
         inside = Name(str(thing), span=thing.span)
         return Option("clip", (inside,), span=span_of(pieces), name_span=word.span)
-
-    def condition(self, pieces: Sequence[Piece]) -> InParentheses:
-        """``a < b``, which is 1 where it is true and else 0; or a number that says so itself."""
-        if len(pieces) == 1:
-            return InParentheses(bare(pieces[0]), span_of(pieces))
-        left, comparison, right = pieces
-        yes, no = (Number(Decimal(value), span=comparison.span) for value in (1, 0))
-        sides = (bare(left),), (Comparison(comparison),), (bare(right),)
-        return InParentheses(Piecewise(*sides, (yes, no), span=span_of(pieces)), span_of(pieces))
 
     def pen(self, pieces: Sequence[Piece]) -> Option:
         """``.while(conditions)``."""
