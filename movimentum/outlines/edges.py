@@ -171,11 +171,10 @@ def fine_points(edge: Edge) -> FloatArray:
     if edge.straight:
         return edge.points[:1]
     count = SAMPLED
-    while count < 4096:
+    while True:
         places = np.linspace(edge.begin, edge.end, count + 1)
         points = edge.at(places)[:2].T
         middle = edge.at((places[:-1] + places[1:]) / 2.0)[:2].T
-        if np.hypot(*(middle - (points[:-1] + points[1:]) / 2.0).T).max() <= FLATTENED:
-            break
+        if count > 4096 or np.hypot(*(middle - (points[:-1] + points[1:]) / 2.0).T).max() <= FLATTENED:
+            return points[:-1]
         count *= 2
-    return points[:-1]

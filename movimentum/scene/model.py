@@ -270,8 +270,8 @@ class Claim:
     fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes.
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); what a bare ``_`` leaves
-    open is left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a default that depends on the
-    scene's size. ``told``: the text of each side. ``always``: to be proved. ``of_gaps``: it is about outlines.
+    open is left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a default by the scene's
+    size. ``told``: the text of each side. ``always``: to be proved. ``of_gaps``: it is about outlines.
     """
 
     number: int

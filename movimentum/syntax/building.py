@@ -192,8 +192,7 @@ class Builder(ValueBuilder):
         word, head, _, *rest = pieces[:-1]
         terms: list[Piece] = []
         for before, piece in zip(["+", *rest], rest, strict=False):
-            minus = isinstance(before, Token) and str(before) == "-"
-            if isinstance(piece, Points) and minus:
+            if isinstance(piece, Points) and isinstance(before, Token) and str(before) == "-":
                 terms.append(replace(piece, minus=before.span))
             elif isinstance(piece, Points | Option):
                 terms.append(piece)
