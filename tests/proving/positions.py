@@ -21,7 +21,7 @@ from movimentum.proving.film import lowered, state_at
 from movimentum.scene.model import Relation
 
 DIGITS = 60
-STEPS = 40
+STEPS = 16
 REFUTED = mpf(10) ** -25
 
 
@@ -276,7 +276,7 @@ class Positions:
         seen = self.watched(x, time)
         sizes = {key: abs(value) for key, (op, value, _) in seen.items() if op != "atan2d"}
         direction = None
-        stride = stride or chance.choice((-1.0, 1.0)) * 10 ** chance.uniform(-2.5, -1.2)
+        stride = stride or chance.choice((-1.0, 1.0)) * 10 ** chance.uniform(-2.0, -0.9)
         for k in range(steps):
             slopes = self.slopes(x, time)[1][keep]
             if freely:
@@ -310,7 +310,7 @@ class Positions:
                 if op != "atan2d" and sides_kept and (value < 4 * change + 1e-3 * sizes[key] or side != seen[key][2]):
                     return
             seen = now
-            if k % 12 == 5:
+            if k % 5 == 4:
                 when = rational(time)
                 yield self.refined(x, when, keep), when
 
