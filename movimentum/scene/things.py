@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
@@ -108,6 +109,7 @@ def build_things(
 
 
 def _thing(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:
+    look()
     kind = kind_of(definition.shape.word)
     read = read_options([part for part in definition.parts if isinstance(part, Option)], kind, findings)
     for rule, argument in zip(kind.arguments, definition.shape.arguments, strict=False):

@@ -11,10 +11,11 @@ import sys
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
-from threading import Condition, Thread
+from threading import Condition, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from movimentum.cancellation import Cancelled, cancellable
@@ -194,7 +195,7 @@ class Worker:
         def unwanted() -> bool:
             return self._closed or job.revision.outdated or (job.patient and bool(self._urgent))
 
-        with cancellable(unwanted):
+        with cancellable(unwanted), _tidied_later(hurried=not job.patient):
             done(job)
         if job.todo and job.todo[0] == stage:
             job.todo.popleft()
@@ -312,6 +313,30 @@ class Worker:
         self._say(
             job, "bug", (Diagnostic("internal/bug", Severity.ERROR, f"a bug in Movimentum: {words}"),), final=True
         )
+
+
+_hurried: list[bool] = []  # for each page that somebody waits for, whether memory was tidied by itself before
+_hurry = Lock()
+
+
+@contextmanager
+def _tidied_later(hurried: bool) -> Generator[None]:
+    """Where a picture is waited for, Python does not look for unused memory meanwhile: a text of a thousand things
+    makes so many objects that it would do so several times, for 0.3 s each.
+    """
+    if not hurried:
+        yield
+        return
+    with _hurry:
+        _hurried.append(gc.isenabled() if not _hurried else _hurried[0])
+        gc.disable()
+    try:
+        yield
+    finally:
+        with _hurry:
+            before = _hurried.pop()
+            if before and not _hurried:
+                gc.enable()
 
 
 def exact_time(time: float) -> Fraction:
