@@ -364,7 +364,7 @@ class App {
       completeMs: [...this.assist.times],
       free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
-      overlaps: this.overlaps.found.map(({things, from, to}) => ({things: things.map((thing) => this.stage.scene.things[thing].name), from, to})),
+      overlaps: this.overlaps.found.map(({words, from, to}) => ({words, from, to})),
       claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),
       velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
       recorded: this.record.on ? this.record.count : null,

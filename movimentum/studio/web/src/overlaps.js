@@ -9,6 +9,7 @@ export class Overlaps {
     this.app = app;
     this.on = false;
     this.found = [];
+    this.known = false; // whether they are those of the text as it is
   }
 
   show(on) {
@@ -28,6 +29,7 @@ export class Overlaps {
 
   /* Another text: what was found may not hold any more. */
   doubt() {
+    this.known = false;
     byId("overlaps").classList.add("stale");
   }
 
@@ -35,6 +37,7 @@ export class Overlaps {
   keep(found) {
     const {app} = this, place = byId("overlaps");
     this.found = found || [];
+    this.known = found !== null;
     place.hidden = !this.on;
     place.classList.remove("stale");
     const words = found === null ? "Looking for overlaps …" : found.length ? "" : "Nothing overlaps.";
@@ -49,6 +52,7 @@ export class Overlaps {
 
   go({deepest, things}) {
     const {app} = this, {clock} = app;
+    if (!this.known) return;
     clock.pause();
     clock.seek((deepest - clock.start) * clock.fps);
     if (app.spansRev === app.rev) app.choose(things.map((thing) => ({thing, anchor: null, name: app.stage.scene.things[thing].name, at: null})));
@@ -56,6 +60,7 @@ export class Overlaps {
 
   /* The numbers of the things that overlap at the time on show; what overlaps between two frames shows at the nearer. */
   now() {
+    if (!this.known) return new Set();
     const {time, fps} = this.app.clock, half = 0.5 / fps;
     return new Set(this.found.filter(({from, to}) => from - half <= time && time <= to + half).flatMap(({things}) => things));
   }
