@@ -8,7 +8,6 @@ pieces and around corners alike.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -27,6 +26,11 @@ PLACE = symbol("place")
 """The parameter."""
 
 Point = tuple[float, float]
+Quad = tuple[Expr, Expr, Expr, Expr]
+"""Position and direction."""
+
+MANY_PIECES = 8
+"""Each is computed by itself if there are so many or more."""
 
 
 def put_in(root: Expr, place: Expr) -> Expr:
@@ -72,6 +76,7 @@ class Contour:
     ends included. ``reach``: everything within so much of the curve belongs to the thing (half the width of a line).
     ``doubled``: there and back again along an open line, which so has two sides. ``straight``: it has straight edges
     only. ``hollow``: what is inside is free, a hole. ``times``: it is so many times the same. Equal if all of this is.
+    ``own``: the same for each piece by itself, which is less work where there are many.
 
     The positive side (`side` 1: the left, -1: the right) is outside of a closed outline (of a hole its inside), and the
     left of an open one.
@@ -89,7 +94,9 @@ class Contour:
         straight: bool = False,
         hollow: bool = False,
         times: int = 1,
+        own: Sequence[Quad] = (),
     ) -> None:
+        self.own = tuple(own)
         self.position, self.direction = position, direction
         self.breaks = tuple(breaks)
         self.first, self.last = self.breaks[0], self.breaks[-1]
@@ -110,7 +117,8 @@ class Contour:
     def but(self, **changes: object) -> Contour:
         """The same with another ``reach``, or as a hole."""
         state = dict(zip(_STATE, self._key, strict=True)) | changes
-        return Contour(state.pop("position"), state.pop("direction"), state.pop("breaks"), **state)  # type: ignore[arg-type]
+        own = self.own if not changes.keys() & {"position", "direction", "breaks"} else ()
+        return Contour(state.pop("position"), state.pop("direction"), state.pop("breaks"), **{"own": own, **state})  # type: ignore[arg-type]
 
     @property
     def period(self) -> float:
@@ -118,13 +126,24 @@ class Contour:
         return self.last - self.first
 
     @cached_property
-    def _function(self) -> Callable[[FloatArray], list[FloatArray]]:
-        turned = [slope(each) for each in self.direction]
-        return numeric([*self.position, *self.direction, *map(slope, self.position), *turned])
+    def _functions(self) -> list[Callable[[FloatArray], list[FloatArray]]]:
+        """That of the whole, or that of each piece."""
+        each = self.own if len(self.own) >= MANY_PIECES else [(*self.position, *self.direction)]
+        return [numeric([x, y, tx, ty, *map(slope, (x, y, tx, ty))]) for x, y, tx, ty in each]
 
     def values(self, place: FloatArray) -> FloatArray:
         """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
-        return np.stack(self._function(self.inside(place)))
+        place = self.inside(place)
+        if len(self._functions) == 1:
+            return np.stack(self._functions[0](place))
+        flat = place.reshape(-1)
+        found = np.empty((8, len(flat)))
+        order = np.argsort(flat, kind="stable")
+        edges = np.searchsorted(flat[order], np.array(self.breaks[1:-1]), side="right")
+        for k, some in enumerate(np.split(order, edges)):
+            if len(some):
+                found[:, some] = self._functions[k](flat[some])
+        return found.reshape(8, *place.shape)
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""
@@ -142,11 +161,9 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        found: list[float] = []
         once = self.breaks[: (len(self.breaks) - 1) // self.times + 1]
-        for begin, end in itertools.pairwise(once):
-            found += _flattened(self, begin, end, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
-        again = np.arange(self.times)[:, None] * (self.period / self.times) + np.array(found)
+        found = _flattened(self, once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 
     @cached_property
@@ -193,10 +210,8 @@ class Contour:
         """A polygon (or a line) that is nowhere farther from it than can be seen; a closed one ends before it begins
         again.
         """
-        found: list[float] = []
-        for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
-            found += _flattened(self, begin, end, FLATTENED)
-        points = [(float(x), float(y)) for x, y in self.points(np.array([*found, self.last]))]
+        found = _flattened(self, self.breaks, FLATTENED)
+        points = [(float(x), float(y)) for x, y in self.points(np.append(found, self.last))]
         kept, least = points[:1], OUTLINE_CLOSES * self.size
         for point in points[1:]:
             if math.dist(point, kept[-1]) > least:
@@ -276,9 +291,12 @@ class Contour:
         def mapped(x: Expr, y: Expr) -> tuple[Expr, Expr]:
             return add(mul(a, x), mul(b, y)), add(mul(c, x), mul(d, y))
 
-        x, y = mapped(*self.position)
-        moved = add(x, const(at[0])), add(y, const(at[1]))
-        return self.but(position=moved, direction=mapped(*self.direction))
+        def moved(x: Expr, y: Expr) -> tuple[Expr, Expr]:
+            x, y = mapped(x, y)
+            return add(x, const(at[0])), add(y, const(at[1]))
+
+        own = [(*moved(x, y), *mapped(tx, ty)) for x, y, tx, ty in self.own]
+        return self.but(position=moved(*self.position), direction=mapped(*self.direction), own=own)
 
     def curvature(self, place: float) -> float:
         """At a place: positive where it turns to the left; infinite at a corner."""
@@ -314,18 +332,24 @@ def curvature_of(outline: Contour, place: Expr) -> Expr:
     return put_in(Expr("div", (turn, mul(squared, speed))), place)
 
 
-def _flattened(outline: Contour, begin: float, end: float, off: float) -> list[float]:
-    """Places from ``begin`` (included) to ``end`` (not) between which straight lines are within ``off``."""
-    places = np.linspace(begin, end, 9)
+def _flattened(outline: Contour, breaks: Sequence[float], off: float) -> FloatArray:
+    """Places from the first of ``breaks`` (included) to the last (not), with all of these, between which straight lines
+    are within ``off``.
+    """
+    edges = np.array(breaks)
+    begin = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(8) / 8.0)).ravel()
+    end = np.append(begin[1:], edges[-1])
+    done: list[FloatArray] = []
     for _ in range(14):
-        middle = (places[:-1] + places[1:]) / 2.0
-        between = (places[:-1] + middle) / 2.0
-        p, m, q = outline.points(places), outline.points(middle), outline.points(between)
-        far = np.maximum(_off_chord(p[:-1], m, p[1:]), _off_chord(p[:-1], q, p[1:])) > off
+        middle = (begin + end) / 2.0
+        between = (begin + middle) / 2.0
+        p, m, q, r = (outline.points(each) for each in (begin, middle, between, end))
+        far = np.maximum(_off_chord(p, m, r), _off_chord(p, q, r)) > off
+        done.append(begin[~far])
+        begin, end = np.concatenate([begin[far], middle[far]]), np.concatenate([middle[far], end[far]])
         if not far.any():
             break
-        places = np.sort(np.concatenate([places, middle[far]]))
-    return [float(each) for each in places[:-1]]
+    return np.sort(np.concatenate([*done, begin]))
 
 
 def _off_chord(a: FloatArray, p: FloatArray, b: FloatArray) -> FloatArray:

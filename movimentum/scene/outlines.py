@@ -6,10 +6,12 @@ import math
 from functools import lru_cache
 
 from movimentum.outlines.contour import Contour, Point
+from movimentum.outlines.joined import Region, disc, less, merged, outlines_of, placed, region_of
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
 from movimentum.records import dataclass
 from movimentum.scene.model import Thing
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.curve import Curved
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sector import Annular, Wedge
@@ -37,6 +39,14 @@ def outline_of(thing: Thing) -> Contour | Circle | None:
     return next(iter(rings_of(thing)), None)
 
 
+def pieces_of(thing: Thing) -> tuple[tuple[Contour | Circle, ...], ...]:
+    """The outline of a thing and those of its holes; of a body in several pieces those of each."""
+    if isinstance(thing.own, Composite):
+        return thing.own.pieces
+    rings = rings_of(thing)
+    return (rings,) if rings else ()
+
+
 def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
     """The outline of a thing, measured from its first anchor, and those of its holes; nothing if it has none.
 
@@ -52,6 +62,8 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
             if own.outline is None:
                 return ()
             return (_placed(own.outline, _turned(thing), (0.0, 0.0), 0.0 if own.outline.closed else reach),)
+        case Composite():
+            return tuple(ring for piece in own.pieces for ring in piece)
         case Annular():
             return Circle(own.outer), circle(own.inner, hollow=True)
         case Wedge() if own.turn == 360.0:
@@ -111,6 +123,27 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
         corners, bends = (corners[:-1], bends[:-1]) if corners[0] == corners[-1] else (corners, bends)
         return (edged(tuple(corners), tuple(bends), 0.0, closed=True),) if len(corners) > 2 or any(bends) else ()
     return (edged(tuple(corners), tuple(bends), reach, closed=False),) if len(corners) > 1 else ()
+
+
+Shape = tuple[tuple["Contour | Circle", ...], Point, bool]
+"""The outline and the holes of a shape, where they are measured from, and whether it is cut out."""
+
+
+@lru_cache(maxsize=64)
+def joined(shapes: tuple[Shape, ...]) -> tuple[tuple[Contour, ...], ...] | None:
+    """The pieces of shapes that are one thing, measured from the first one's place; None where one has no area."""
+    whole: Region = []
+    for rings, at, minus in shapes:
+        shape: Region = []
+        for ring in rings:
+            own = disc(ring.radius) if isinstance(ring, Circle) else region_of(ring.but(hollow=False))
+            if own is None:
+                return None
+            hole = isinstance(ring, Contour) and ring.hollow
+            shape = less(shape, own) if hole else merged(shape, own)
+        shape = placed(shape, (1.0, 0.0, 0.0, 1.0), (at[0] - shapes[0][1][0], at[1] - shapes[0][1][1]))
+        whole = less(whole, shape) if minus else merged(whole, shape)
+    return tuple(tuple(piece) for piece in outlines_of(whole))
 
 
 def _hull(points: tuple[Point, ...]) -> list[Point]:
