@@ -34,7 +34,7 @@ def test_one_instant_without_a_value_is_filled_in(formula, value):
 @pytest.mark.parametrize("step", [Fraction(1, 25), Fraction(1, 3**40), Fraction(10**15 + 1, 7), Fraction(3**35, 2**60)])
 def test_clocks_in_frames_are_exact_fractions_rounded_once(step):
     starts = (Fraction(0), Fraction(1, 3), Fraction(-22, 7))
-    frames = np.array([0, 1, 2, 17, 999])
+    frames = np.arange(1000)
     found = at_frames(starts, Fraction(1, 9), Fraction(5, 11), step, frames)
     exact = at_times(starts, Fraction(1, 9), [Fraction(5, 11) + int(k) * step for k in frames])
     assert found.tau.tolist() == exact.tau.tolist()
