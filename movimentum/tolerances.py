@@ -471,6 +471,14 @@ EDGES_CROSS = 1e-3
 """Of the smaller outline's size: how deep edges count as that cross while no corner is in the other outline; enough to
 tell it from touching. Roots do not depend on it.
 """
+EDGES_MEET = 1e-9
+"""Of the size of outlines that become one: points that are so near are one, and edges lie on each other; above the
+rounding of crossings (1e-13), below what can be meant.
+"""
+EDGES_CROSS_AT = 1e-4
+"""Radians: edges that meet at less touch, and do not cross: they are within `EDGES_MEET` for about its square root."""
+EDGE_IS_ARC = 1e-13
+"""Of an edge's size: an edge that is nowhere farther from an arc is one, by rounding."""
 STAYS_PINNED = 1e-9
 """Of the scene's coordinates: anchors that are never farther apart share a pin."""
 LINE_TURNS_BACK = 1e-6

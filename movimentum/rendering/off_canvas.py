@@ -21,6 +21,8 @@ from movimentum.solver.poses import Poses
 from movimentum.text import PLAIN, listed, number, time_text
 from movimentum.things.kinds.arc import ARC
 from movimentum.things.kinds.dimension import DIMENSION, Distance
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.curve import Curved
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.graph import GRAPH, Axes
 from movimentum.things.kinds.ground import GROUND
@@ -199,6 +201,10 @@ def _reach(thing: Thing) -> float:
             return room + abs(offset) + letters
         case Round(radius):
             return room + radius
+        case Composite(pieces=pieces):
+            return room + max((math.hypot(*point) for outline, *_ in pieces for point in outline.drawn), default=0.0)
+        case Curved(outline=outline) if outline is not None:
+            return room + max(math.hypot(*point) for point in outline.drawn)
         case Toothed():
             return room + own.module * (math.pi * own.teeth + 4.0)
         case _:
