@@ -122,7 +122,7 @@ def room(tmp_path: Path) -> Path:
 # --- every script that the tests and the documentation contain --------------------------------------------------------
 
 ALL = scripts()
-PARTS = 24
+PARTS = 48
 
 
 def test_there_are_many_scripts() -> None:

@@ -153,7 +153,7 @@ def test_joins_are_round_and_a_polyline_that_crosses_itself_is_one_coverage():
     assert ours.max() == 1.0
 
 
-@pytest.mark.parametrize("width", [0.3, 3.0, 9.0, 30.0])
+@broad("width", [0.3, 3.0, 9.0, 30.0], every=3)
 def test_a_wild_polyline_has_no_holes_and_nothing_elsewhere(width):
     """Turns of any sharpness, steps shorter than the width: every pixel that is all inside is full, and so on."""
     rng = np.random.default_rng(6)
