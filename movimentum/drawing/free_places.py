@@ -32,7 +32,7 @@ from movimentum.drawing.motion import link_points
 from movimentum.drawing.parts import PartForm
 from movimentum.drawing.symbols import moving_parts, symbol_points
 from movimentum.drawing.texts import written
-from movimentum.records import replace
+from movimentum.records import dataclass, replace
 from movimentum.solver.poses import Poses
 from movimentum.things.kinds.label import LABEL, Beside
 from movimentum.tolerances import LEAST_DIVISOR
@@ -72,7 +72,7 @@ def with_places(marks: Sequence[ThingMark], poses: Poses) -> list[ThingMark]:
     frames = len(poses.frames)
     keep = max(1, min(frames, int(_TESTS / max(1, candidates * lines.shape[1]))))
     chosen = np.unique(np.linspace(0, frames - 1, keep).round().astype(np.int64))
-    some, lines = poses.select(chosen), lines[chosen]
+    some, lines = poses.select(chosen), _Lines.of(lines[chosen])
     fixed = [*_fixed_boxes(marks, some)]
     taken = np.full((len(fixed) + len(waiting), len(some.frames), 4), np.nan)
     taken[: len(fixed)] = np.array(fixed).reshape(-1, len(some.frames), 4)
@@ -105,7 +105,29 @@ def _spots(mark: SymbolMark) -> list[tuple[Spot, float]]:
     return found
 
 
-def _placed(mark: SymbolMark, poses: Poses, lines: FloatArray, taken: FloatArray) -> tuple[Spot, FloatArray]:
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """Lines (F, S, 4), and the least and the greatest of their coordinates (2, F, S)."""
+
+    ends: FloatArray
+    least: FloatArray
+    greatest: FloatArray
+
+    @classmethod
+    def of(cls, ends: FloatArray) -> _Lines:
+        begin, end = np.moveaxis(ends[..., :2], -1, 0), np.moveaxis(ends[..., 2:], -1, 0)
+        return cls(ends, np.minimum(begin, end), np.maximum(begin, end))
+
+    def near(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Those that reach into the boxes from ``low`` to ``high`` (F, 2) in any frame."""
+        apart = np.zeros(self.ends.shape[:2], dtype=np.bool_)
+        for axis in (0, 1):
+            apart |= self.least[axis] > high[:, axis, None]
+            apart |= self.greatest[axis] < low[:, axis, None]
+        return self.ends[:, ~apart.all(axis=0)]
+
+
+def _placed(mark: SymbolMark, poses: Poses, every: _Lines, taken: FloatArray) -> tuple[Spot, FloatArray]:
     """The best place of a label, and (F, 4) the box that it then has."""
     at = symbol_points(mark, poses)[:, 0]
     size = mark.size
@@ -123,10 +145,11 @@ def _placed(mark: SymbolMark, poses: Poses, lines: FloatArray, taken: FloatArray
     middle = at + away * reach[..., None]
     boxes = np.concatenate([middle - half, middle + half], axis=-1)  # (candidates, F, 4)
     cost = np.array([each for _, each in spots])
+    low, high = boxes[..., :2].min(axis=0), boxes[..., 2:].max(axis=0)
+    lines = every.near(low, high)
     some = max(1, int(_TOGETHER / max(1, lines.shape[0] * lines.shape[1])))
     parts = [_crossed(boxes[first : first + some], lines) for first in range(0, len(boxes), some)]
     cost = cost + np.concatenate(parts)
-    low, high = boxes[..., :2].min(axis=0), boxes[..., 2:].max(axis=0)
     near = ((taken[..., :2] < high) & (taken[..., 2:] > low)).all(axis=-1).any(axis=-1)
     if near.any():
         others, each = taken[np.flatnonzero(near)[-_NEIGHBOURS:]], boxes[:, None]
