@@ -1,6 +1,5 @@
 """Contradictions among copies: what is offered changes one copy, or a pin, and every offer that is shown closes."""
 
-
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
