@@ -28,7 +28,7 @@ WITH_SCRIPTS = [path for path in WRITTEN if any(block.language == "mov" for bloc
 WITH_SESSIONS = [path for path in WRITTEN if any(block.language == "console" for block in blocks(path))]
 WITH_PYTHON = [path for path in WRITTEN if any(block.language in ("python", "pycon") for block in blocks(path))]
 PICTURED = re.compile(r"^```mov[^\n]*\n([^`]*)^```\n\n!\[[^\]]*\]\([./]*pictures/([\w-]+\.svg)\)", re.MULTILINE)
-HEAVY = {"how-to/fit.md", "start/many.md"}
+HEAVY = {"how-to/fit.md", "how-to/python.md", "start/many.md", "start/wrong.md"}
 """Pages whose sessions search for something: seconds."""
 MANY = {"brown.md", "how-to/answers.md"}
 """Pages with dozens of scripts: seconds."""
