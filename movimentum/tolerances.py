@@ -633,6 +633,9 @@ NO_CURVATURE = 1e-8
 """Of the largest curvature of a fit: what is less is rounding of the differences that give it."""
 SLOPE_STEP = 1e-6
 """Of a constant's interval: how far apart the variants are of which slopes are differences."""
+SLOPE_STEP_OF_FREE_MOTION = 1e-4
+"""The same where free motion is integrated: its paths are right to some 1e-8 of the scene, and the next variant may
+have other steps. A millionth of an interval would be lost in that."""
 SLOPES_AGREE = 1e-4
 """Of the largest slope: what those by the equations and by differences may differ."""
 SINGULAR_FOR_SLOPES = 1e-18
@@ -861,6 +864,9 @@ GUESSED_DIRECTION = 1e-9
 
 SHORTEST_STRETCH = 1e-9
 """Between two change points that are nearer than this share of a step there is no motion to prove anything of."""
+
+INDEPENDENT_EQUATIONS = 1e-8
+"""Equations scaled to one size determine as many unknowns where the last pivot is at least this share of the first."""
 
 APART_IN_NAME_ONLY = 2e-13
 """By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""
