@@ -25,6 +25,10 @@ CONSTANT_DENOMINATOR = 10**9
 """The largest denominator of a number that a length's square may be proved to be."""
 
 
+STEPS, MOST_CHANGE = 8, 2
+"""On the way to another position: how many steps, and by which factor a root may change in one."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SidesApart:
     """One component of a claim: ``top`` is zero where its sides are equal; ``whole`` is left minus right, None where
@@ -233,15 +237,18 @@ def _zero_for_all_lengths(chain: Chain, p: Polynomial, most: int) -> bool:
 # --- other positions
 
 
-def moved(chain: Chain, number: int) -> TowerPoint | None:
-    """Another position of the mechanism on the same branch; None where there is none."""
+def moved(chain: Chain, number: int, share: float = 1.0) -> TowerPoint | None:
+    """Another position of the mechanism with the same signs of roots, or one this ``share`` of the way to it; None
+    where there is none.
+    """
     from random import Random
 
     chance = Random(7919 * number + 17)
     spread = (NEARBY_POSITION, 0.02, 0.2, 1.0)[number % 4]
 
     def elsewhere(value: float) -> float:
-        return value + chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
+        way = chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
+        return value + share * way
 
     here = chain.point.drives
     drives = Drives(here.time, here.film, here.turns, here.given, elsewhere, constants=here.constants)
@@ -251,6 +258,24 @@ def moved(chain: Chain, number: int) -> TowerPoint | None:
     except NoBall:
         return None
     return point
+
+
+def reached(chain: Chain, number: int) -> bool:
+    """Whether another position (see `moved`) is on the pose's branch: on the way to it no root that tells two
+    assemblies apart comes near 0, where the sign would be that of another branch.
+    """
+    places = [root.place for root in chain.tower.roots if root.witness is not None]
+    before = chain.point
+    for k in range(1, STEPS + 1):
+        point = moved(chain, number, k / STEPS)
+        if point is None:
+            return False
+        for place in places:
+            a, b = abs(before.value(place)[0]), abs(point.value(place)[0])
+            if max(a, b) > MOST_CHANGE * min(a, b):
+                return False
+        before = point
+    return True
 
 
 def amount(point: TowerPoint, way: SidesApart) -> Ball | None:
