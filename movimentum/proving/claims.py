@@ -15,7 +15,7 @@ from movimentum.proving.film import lowered, state_at
 from movimentum.proving.lowering import Form, Lowering
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
-from movimentum.proving.tower import NotAlgebraic, Quotient, Root
+from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Root
 from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass
 from movimentum.solver.segment_motion import SegmentMotion
@@ -96,7 +96,7 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
             factor = math.lcm(*(share.denominator for source, share in form.items() if source is not None), 1)
             form = {source: share * factor for source, share in form.items()}
         cosine, _ = lowering.vector(form)
-    except NotAlgebraic:
+    except (NotAlgebraic, Full):
         return None
     difference = chain.tower.sub(cosine, chain.tower.number(1))
     return SidesApart(difference.top, None, (a, b), jumps)

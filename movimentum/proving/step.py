@@ -22,7 +22,7 @@ from movimentum.proving.claims import (
 from movimentum.proving.film import lowered
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.stretches import Chains, poses
-from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import Proof
 from movimentum.records import dataclass, field
@@ -232,7 +232,7 @@ class ClaimInStep:
                     (node,) = lowered(self.motion, [coordinate(thing, anchor, axis)])
                     value = chain.lowering.value(node)
                     ball = balls.over(point.at(value.top), point.at(value.bottom))
-                except (NotAlgebraic, NoBall, KeyError):
+                except (NotAlgebraic, NoBall, Full, KeyError):
                     break
                 spot.append(balls.as_float(ball))
             if len(spot) == 2:
