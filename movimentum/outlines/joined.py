@@ -47,8 +47,10 @@ PlaceValues: TypeAlias = Callable[[FloatArray], FloatArray]
 """From places to (4, …): x, y and the velocity."""
 
 
-def _values(position: tuple[Expr, Expr], begin: float, end: float) -> PlaceValues:
-    """The values of a piece: those of a line and of an arc by themselves, which is less work."""
+def _values(position: tuple[Expr, Expr], begin: float, end: float) -> tuple[PlaceValues, float | None]:
+    """The values of a piece, those of a line and of an arc by themselves, which is less work; and by how much (radians)
+    it turns as its parameter grows by 1: of a line 0, None if it is neither.
+    """
     roots = numeric([*position, slope(position[0]), slope(position[1])])
 
     def exact(place: FloatArray) -> FloatArray:
@@ -64,11 +66,11 @@ def _values(position: tuple[Expr, Expr], begin: float, end: float) -> PlaceValue
             way = place - begin
             return np.stack([px + vx * way, py + vy * way, np.full_like(way, vx), np.full_like(way, vy)])
 
-        return on_line
+        return on_line, 0.0
     turns = np.unwrap(np.arctan2(dy, dx))
     rate = (turns[-1] - turns[0]) / (end - begin)
     if not rate or not speed[0]:
-        return exact
+        return exact, None
     radius = speed[0] / rate
     cx, cy = x[0] - radius * dy[0] / speed[0], y[0] + radius * dx[0] / speed[0]
     first = turns[0] - np.pi / 2.0
@@ -80,17 +82,17 @@ def _values(position: tuple[Expr, Expr], begin: float, end: float) -> PlaceValue
 
     with np.errstate(all="ignore"):
         off = np.abs(on_arc(places)[:2] - np.stack([x, y])).max()
-    return on_arc if off <= EDGE_IS_ARC * size else exact
+    return (on_arc, float(rate)) if off <= EDGE_IS_ARC * size else (exact, None)
 
 
 class Edge:
     """A smooth piece of an outline, with what is solid on its left."""
 
     def __init__(
-        self, position: tuple[Expr, Expr], begin: float, end: float, values: PlaceValues | None = None
+        self, position: tuple[Expr, Expr], begin: float, end: float, values: tuple[PlaceValues, float | None] | None = None
     ) -> None:
         self.position, self.begin, self.end = position, begin, end
-        self._values = values or _values(position, begin, end)
+        self._values, self.rate = values or _values(position, begin, end)
 
     def at(self, place: FloatArray) -> FloatArray:
         """(4, …): x, y and the velocity by the parameter."""
@@ -104,7 +106,7 @@ class Edge:
     @cached_property
     def straight(self) -> bool:
         """Whether it is a line."""
-        return all(slope(each).value is not None for each in self.position)
+        return self.rate == 0.0
 
     @cached_property
     def places(self) -> FloatArray:
@@ -126,7 +128,7 @@ class Edge:
 
     def part(self, begin: float, end: float) -> Edge:
         """From one place to another."""
-        return Edge(self.position, begin, end, self._values)
+        return Edge(self.position, begin, end, (self._values, self.rate))
 
     @property
     def reverse(self) -> Edge:
@@ -177,6 +179,23 @@ def region_of(outline: Contour) -> Region | None:
     if outline.side > 0.0:
         edges = [edge.reverse for edge in reversed(edges)]
     return [edges if outline.reach == 0.0 else _moved_out(edges, outline.reach)]
+
+
+def bulged(outline: Contour) -> list[tuple[float, float, float]]:
+    """Corners (x, y, bulge) of a closed outline without breadth, counter-clockwise (of a hole clockwise); an arc to the
+    next corner has the ``bulge`` tan(angle / 4). What is neither a line nor an arc is straight pieces, nowhere farther
+    from it than can be seen.
+    """
+    found: list[tuple[float, float, float]] = []
+    for edge in (region_of(outline) or [[]])[0]:
+        turn = None if edge.rate is None else edge.rate * (edge.end - edge.begin)
+        if turn is None:
+            found += [(float(x), float(y), 0.0) for x, y in _fine(edge)]
+            continue
+        parts = 1 + int(abs(turn) / math.pi)
+        points = edge.at(np.linspace(edge.begin, edge.end, parts + 1))[:2].T[:-1]
+        found += [(float(x), float(y), math.tan(turn / parts / 4.0)) for x, y in points]
+    return found
 
 
 def disc(radius: float) -> Region:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 
-from movimentum.diagnostics import Label, replacement
+from movimentum.diagnostics import Label, insertion, replacement
 from movimentum.expressions import Expr, add, call, const, div, mul, sub, symbol
 from movimentum.outlines.contour import Contour, curvature_of, put_in
 from movimentum.outlines.nearest import Nearest, distance
@@ -130,6 +130,10 @@ def _has_outline(thing: Thing, argument: Expression, findings: Findings) -> bool
         return True  # its definition is at fault
     what = "a picture" if thing.kind.word == "sprite" else thing.called
     helps = ("draw its outline as a `.curve` or a `.polygon` with `.hidden`, pinned to it, and name that",)
+    if thing.kind.word == "sprite":
+        spelled = " .outline([0,0], [40,0], [40,30])"
+        title = "state its outline in its pixels: `.outline([0,0], [40,0], [40,30])`, or `.outline('#id')` of an SVG"
+        helps = (insertion(title, thing.span.end - 1, spelled),)
     findings.error(
         "contact/outline",
         f"`{thing.name}` is {what}, which has no outline to touch",

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
@@ -109,6 +110,7 @@ def build_things(
 
 
 def _thing(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:
+    look()
     if definition.shapes:
         return _body(number, definition, assets, findings)
     kind = kind_of(definition.shape.word)
@@ -129,6 +131,15 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
     if "topleft" in read and size is not None:
         whole = const(size[1])
         anchors = [moved(item, item.coordinates[0], sub(whole, item.coordinates[1])) for item in anchors]
+    if isinstance(own, SpriteImage) and size is not None and anchors and ("#" in own.image or "border" in read):
+        from movimentum.scene.curves import CurveReader  # few scripts have any
+
+        reader = CurveReader(assets.folder, assets.read_table, assets.tables, findings)
+        border = reader.border(definition, own.image, size[1], down="topleft" in read)
+        x, y = anchors[0].local
+        if border is not None:
+            k = own.scale
+            own = replace(own, border=border.placed((k, 0.0, 0.0, k), (-k * x, -k * y)))
     if read.get("scale", 1.0) != 1.0:
         scale = const(read["scale"])
         anchors = [moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
