@@ -193,8 +193,9 @@ class Encloser:
         return self._rows[block.number, at]
 
     def _independent(self, block: Block, rows: BlockRows, at: float) -> BlockRows | None:
-        from scipy.linalg import qr
+        import scipy.linalg as library
 
+        linalg: Any = library
         middle = np.array([at])
         state, _ = evaluated(self.piece, self.piece.instants(middle))
         tubes = Tubes(middle, middle, np.full(1, -1.0), np.zeros(1, dtype=np.bool_))
@@ -205,7 +206,7 @@ class Encloser:
         for (i, j), slope in zip(rows.entries, self.values(rows.slopes, tubes), strict=True):
             matrix[i, j] = slope.c[0] * scale_of(self.plan, rows.unknowns[j : j + 1])[0]
         matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), UNIT_ROUNDOFF)
-        factor: Any = qr(matrix.T, mode="r", pivoting=True)
+        factor = linalg.qr(matrix.T, mode="r", pivoting=True)
         pivots = np.abs(np.diag(factor[0]))
         if not np.isfinite(pivots).all() or pivots[-1] < INDEPENDENT_EQUATIONS * pivots[0]:
             return None
