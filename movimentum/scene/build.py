@@ -11,7 +11,7 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, repl
 from movimentum.errors import ScriptError, script_error
 from movimentum.expressions import Expr
 from movimentum.records import replace
-from movimentum.scene.claims import build_claims, report_undetermined
+from movimentum.scene.claims import build_claims, reading_outlines, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
 from movimentum.scene.constants import exact
 from movimentum.scene.cutting import Carve, CutProfile, carried, carved
@@ -117,7 +117,7 @@ def _scene(
         things = build_texts(table, expanded.definitions, inference, names, start, findings)
         statements = _statements(stated, times, inference, table, findings)
         statements += carried(things, len(statements))
-        claims = build_claims(claimed, times, inference, table, findings)
+        claims = build_claims(claimed, times, inference, table, findings, reading_outlines(stated))
         views = build_views(expanded, table, inference, names, findings)
     _report_no_step(script, expanded, findings)
     found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]

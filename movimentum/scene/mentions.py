@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from movimentum.scene.kinds import Inference, Kind
-from movimentum.scene.leaves import Wheel
+from movimentum.scene.leaves import ContactPair, Wheel
 from movimentum.scene.model import AnchorRef, GearPair, Thing, Variable
 from movimentum.scene.resolve import AngleUse, PropertyUse, ResolvedStatement, VariableUse
 from movimentum.syntax.expression_tree import Name
@@ -34,6 +34,9 @@ def mentioned_in(items: Sequence[ResolvedStatement], things: Sequence[Thing]) ->
             for meaning in resolved.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse | Wheel):
                     found.setdefault(meaning.thing, resolved.step)
+                elif isinstance(meaning, ContactPair):
+                    for thing in meaning.things:
+                        found.setdefault(thing, resolved.step)
                 elif isinstance(meaning, GearPair):
                     found.setdefault(meaning.first, resolved.step)
                     found.setdefault(meaning.second, resolved.step)

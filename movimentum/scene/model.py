@@ -271,7 +271,8 @@ class Claim:
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
     bare ``_`` is not claimed and left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a
-    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved.
+    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved. ``of_gaps``: it
+    depends on outlines, which may pass each other between frames.
     """
 
     number: int
@@ -287,6 +288,7 @@ class Claim:
     purpose: Purpose = Purpose.CLAIM
     weight: float = 1.0
     always: bool = False
+    of_gaps: bool = False
 
 
 @dataclass(frozen=True, slots=True)
