@@ -865,6 +865,9 @@ GUESSED_DIRECTION = 1e-9
 SHORTEST_STRETCH = 1e-9
 """Between two change points that are nearer than this share of a step there is no motion to prove anything of."""
 
+INDEPENDENT_EQUATIONS = 1e-8
+"""Equations scaled to one size determine as many unknowns where the last pivot is at least this share of the first."""
+
 APART_IN_NAME_ONLY = 2e-13
 """By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""
 

@@ -221,8 +221,10 @@ def _zero_for_all_lengths(chain: Chain, p: Polynomial, most: int) -> bool:
     zero = Zero(chain.point, [chain.tower.reduced(p)], Work(most))
     (p,) = zero.wanted
     try:
-        return not zero.clearly(p) and zero.vanishes(p) and not zero.proof.roots.intersection(
-            root.place for root in chain.tower.roots if root.witness is None
+        return (
+            not zero.clearly(p)
+            and zero.vanishes(p)
+            and not zero.proof.roots.intersection(root.place for root in chain.tower.roots if root.witness is None)
         )
     except TooMuch:
         return False

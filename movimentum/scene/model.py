@@ -347,7 +347,10 @@ class Scene:
     """Constants that were set from outside: (name, expression)."""
     loop: Span | None = None
     """Where the script says that the film begins again at its end (``.loop;``)."""
-    joints: frozenset[AnchorRef] = frozenset()  # anchors that equations join to others, or that are fixed
+    joints: Mapping[int, frozenset[int]] = field(default_factory=dict[int, "frozenset[int]"])
+    """Thing number -> the numbers of its anchors that equations join to others, or that are fixed."""
+    skeletons: tuple[int, ...] = ()
+    """The numbers of the things that show others as a kinematic diagram."""
     grounds: tuple[AnchorRef, ...] = ()
     """Fixed anchors that are drawn with a support although the script does not say so."""
     elements: Elements = field(default_factory=Elements)

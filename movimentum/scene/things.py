@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
@@ -109,6 +110,7 @@ def build_things(
 
 
 def _thing(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:
+    look()
     if definition.shapes:
         return _body(number, definition, assets, findings)
     kind = kind_of(definition.shape.word)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import ClassVar
 
 import numpy as np
 from mpmath import mp, mpf
@@ -38,7 +39,7 @@ def rational(value):
 class Near:
     """Operations on arrays of floats."""
 
-    named = {
+    named: ClassVar = {
         "add": np.add, "mul": np.multiply, "div": np.divide, "neg": np.negative, "sqrt": np.sqrt, "abs": np.abs,
         "min": np.minimum, "max": np.maximum, "floor": np.floor, "exp": np.exp, "ln": np.log,
         "sind": lambda a: np.sin(np.radians(a)), "cosd": lambda a: np.cos(np.radians(a)),
@@ -66,7 +67,7 @@ class Near:
 class Exact:
     """Operations in mpmath; constants by what they were folded from."""
 
-    named = {
+    named: ClassVar = {
         "add": lambda a, b: a + b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b, "neg": lambda a: -a,
         "sqrt": mp.sqrt, "abs": abs, "min": min, "max": max, "floor": mp.floor, "exp": mp.exp, "ln": mp.log,
         "sind": lambda a: mp.sin(a * mp.pi / 180), "cosd": lambda a: mp.cos(a * mp.pi / 180),
@@ -267,8 +268,9 @@ class Positions:
         return found
 
     def walk(self, chance, *, freely, sides_kept, steps=STEPS, stride=None):
-        """Refined positions with their times: ``freely`` without the timed rows, else in time. ``sides_kept``: end where
-        a length of the claim is near 0 or a direction jumps."""
+        """Refined positions with their times: ``freely`` without the timed rows, else in time. ``sides_kept``: end
+        where a length of the claim is near 0 or a direction jumps.
+        """
         keep = np.array([not (freely and row.timed) for row in self.rows])
         x, time = self.x.copy(), self.time
         x, rank, share = self.corrected(x, time, keep)
@@ -320,7 +322,7 @@ def positions_off(held, motion, tau, chance, *, sides_kept=False):
     found = []
     try:
         start = Positions(held, motion, tau)
-    except (NoPosition, Exception) as error:  # noqa: BLE001
+    except (NoPosition, Exception) as error:
         if not isinstance(error, NoPosition) and type(error).__name__ not in ("NotAlgebraic",):
             raise
         return found

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr
@@ -163,6 +164,7 @@ class _Expansion:
         """Write out the items of a body."""
         scope = body.scope
         for item in body.items:
+            look()
             match item:
                 case Body():
                     self.body(item, self.strand(item.scope) if item.copy else strand)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.cancellation import look
 from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
@@ -51,36 +52,55 @@ class Lie:
     y: float = 0.0
 
 
-def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry) -> Carry:
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """The connected parts of a plan that have several bodies, and what is about its things."""
+
+    bodies: list[list[BodyUnknowns]]
+    about: _About
+
+    @classmethod
+    def of(cls, plan: Plan, only: Container[int | None] | None = None) -> Parts:
+        """All of them, or those with some of the things ``only``."""
+        bodies = {body.thing: body for body in plan.bodies}
+        parts = ([bodies[t] for t in part if t in bodies] for part in connected_parts(plan))
+        # a single body has no inner pose that a drawing could tell
+        return cls(
+            [part for part in parts if len(part) > 1 and (only is None or any(body.thing in only for body in part))],
+            _About.of(plan.system),
+        )
+
+
+def placed(plan: Plan, parts: Parts, state: State, clocks: Sequence[FloatArray], carry: Carry) -> Carry:
     """``carry`` with every connected part of new things moved, as a body, to where its constraints are met as far as
     they do not depend on its inner motion; a part that fits nowhere stays as it is drawn.
 
     ``state`` has the unknowns that are known without any pose; all is looked at where the clocks stand first.
     """
-    system = plan.system
-    about = _About.of(system)
-    bodies = {body.thing: body for body in plan.bodies}
     things = list(carry.now.things)
     moved = False
     with np.errstate(all="ignore"):
-        for part in connected_parts(plan):
-            members = [t for t in part if t in bodies]
-            if len(members) < 2 or carry.now.known.intersection(members):
-                continue  # a single body has no inner pose that a drawing could tell
-            lie = _lie_of(plan, state, clocks, carry, [bodies[t] for t in members], about)
+        for bodies in parts.bodies:
+            look()
+            if any(body.thing in carry.now.known for body in bodies):
+                continue
+            lie = _lie_of(plan, state, clocks, carry, bodies, parts.about)
             if lie is not None and lie != Lie():
                 moved = True
-                for t in members:
-                    things[t] = _moved(things[t], lie, system.shift)
+                for body in bodies:
+                    things[body.thing] = _moved(things[body.thing], lie, plan.system.shift)
     return replace(carry, now=replace(carry.now, things=tuple(things))) if moved else carry
 
 
 @dataclass(frozen=True, slots=True)
 class _About:
-    """For every thing, what is about it: the equations and the constraints of its anchors, in their order."""
+    """For every thing, what is about it: the equations and the constraints of its anchors, in their order; and for
+    every unknown the inequalities that read it.
+    """
 
     equations: dict[int, list[int]]
     constraints: dict[int, list[int]]
+    selectors: dict[int, list[int]]
 
     @classmethod
     def of(cls, system: System) -> _About:
@@ -93,7 +113,11 @@ class _About:
         for number, constraint in enumerate(system.segment.active):
             if constraint.anchor is not None:
                 constraints.setdefault(constraint.anchor.thing, []).append(number)
-        return cls(equations, constraints)
+        selectors: dict[int, list[int]] = {}
+        for number, selector in enumerate(system.selectors):
+            for n in symbol_numbers(selector.value):
+                selectors.setdefault(n, []).append(number)
+        return cls(equations, constraints, selectors)
 
 
 def _gathered(lists: dict[int, list[int]], bodies: Sequence[BodyUnknowns]) -> list[int]:
@@ -120,11 +144,10 @@ def _lie_of(
         lie = rigid_motion(pins, plan.size)
         if lie is None or lie == Lie() or len({thing for _, _, thing in pins}) > 1:
             return lie
-        return (
-            lie
-            if closed and _Fit(plan, state, clocks, carry, bodies, _usable(plan, state, bodies, about)).meets(lie)
-            else None
-        )
+        if not closed:
+            return None
+        usable = _usable(plan, state, bodies, about)
+        return lie if _Fit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
     if not closed:
         return None
     usable = _usable(plan, state, bodies, about)
@@ -132,9 +155,9 @@ def _lie_of(
     single = [e for e in usable if len({plan.system.unknowns[n].thing for n in e.unknowns & own}) == 1]
     if not single:
         return None
-    fit = _Fit(plan, state, clocks, carry, bodies, single)
+    fit = _Fit(plan, state, clocks, carry, bodies, single, about)
     lie = Lie() if fit.meets(Lie()) else fit.best()
-    return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable).meets(lie) else None
+    return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
 
 
 def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: _About) -> list[Equation]:
@@ -263,12 +286,12 @@ class _Fit:
         carry: Carry,
         bodies: Sequence[BodyUnknowns],
         rows: Sequence[Equation],
+        about: _About,
     ) -> None:
         used = {n for e in rows for n in e.unknowns}
         self.plan = plan
         self.bodies = [body for body in bodies if not used.isdisjoint(_numbers(body))]
         self.rows = rows
-        self.known = state
         self.first = tuple(first_of(clock) for clock in clocks)
         values = {n: carry.now.value(plan.system, n) or 0.0 for body in bodies for n in _numbers(body)}
         self.drawn = values
@@ -279,12 +302,17 @@ class _Fit:
         self.weights = np.array([1.0, plan.size, plan.size])
         self.residuals = code_of([e.residual for e in rows], plan.clocks)
         own = {n for body in self.bodies for n in _numbers(body)}
-        sides = [
-            selector.value
-            for selector in plan.system.selectors
-            if (read := symbol_numbers(selector.value)) & own and all(n in own or state[n] is not None for n in read)
-        ]
+        sides: list[Expr] = []
+        read = used | symbol_numbers(*(e.residual for e in rows))
+        for number in sorted({number for n in own for number in about.selectors.get(n, ())}):
+            value = plan.system.selectors[number].value
+            reads = symbol_numbers(value)
+            if all(n in own or state[n] is not None for n in reads):
+                sides.append(value)
+                read |= reads
         self.sides = [code_of(sides[i : i + TOGETHER], plan.clocks) for i in range(0, len(sides), TOGETHER)]
+        self.known = [(n, first_of(value)) for n in read if (value := state[n]) is not None]
+        self.count = len(state)
         self.natural = self._natural()
 
     def _natural(self) -> FloatArray:
@@ -366,7 +394,9 @@ class _Fit:
 
     def _state(self, lies: FloatArray, ways: FloatArray | None) -> State:
         count = len(lies)
-        state: State = [None if v is None else np.full(count, first_of(v)) for v in self.known]
+        state: State = [None] * self.count
+        for n, value in self.known:
+            state[n] = np.full(count, value)
         mx, my = self.middle
         for i, body in enumerate(self.bodies):
             lie = lies if ways is None else lies + ways[i]
