@@ -162,7 +162,8 @@ def make_problem(job: FitJob) -> FitProblem:
         evaluate = _worth_it(TogetherEvaluator(batch, formulas, job.intervals, single.all_sides))
     except Exception as error:  # whatever it is, the single solver has the last word
         reason = str(error).split("\n")[0]
-    effort: SearchEffort = TOGETHER if reason is None and evaluate.exact else ONE_BY_ONE
+    exact = isinstance(evaluate, TogetherEvaluator) and evaluate.exact
+    effort: SearchEffort = TOGETHER if exact else ONE_BY_ONE
     low, high = job.intervals[:, 0], job.intervals[:, 1]
     own = np.clip((job.own - low) / (high - low), 0.0, 1.0)
     merit = Merit.of(lowered, formulas.layout, size)
