@@ -338,18 +338,13 @@ class Scene:
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
     constants: tuple[NamedConstant, ...] = ()
-    settings: tuple[tuple[str, str | Expr], ...] = ()
-    """Constants that were set from outside: (name, expression)."""
-    loop: Span | None = None
-    """Where the script says that the film begins again at its end (``.loop;``)."""
+    settings: tuple[tuple[str, str | Expr], ...] = ()  # constants that were set from outside: (name, expression)
+    loop: Span | None = None  # where the script says that the film begins again at its end (``.loop;``)
     joints: Mapping[int, frozenset[int]] = field(default_factory=dict[int, "frozenset[int]"])
     """Thing number -> the numbers of its anchors that equations join to others, or that are fixed."""
-    skeletons: tuple[int, ...] = ()
-    """The numbers of the things that show others as a kinematic diagram."""
-    grounds: tuple[AnchorRef, ...] = ()
-    """Fixed anchors that are drawn with a support although the script does not say so."""
-    elements: Elements = field(default_factory=Elements)
-    """The elements of drawings that anchors are named after."""
+    skeletons: tuple[int, ...] = ()  # things that show others as a kinematic diagram
+    grounds: tuple[AnchorRef, ...] = ()  # fixed anchors drawn with a support although the script does not say so
+    elements: Elements = field(default_factory=Elements)  # of drawings, that anchors are named after
     tables: Tables = field(default_factory=Tables)
     """The tables that it reads of files."""
     views: tuple[CameraView, ...] = ()  # what the camera shows, by time
