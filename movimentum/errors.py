@@ -15,7 +15,7 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 
 from movimentum.diagnostics import Diagnostic, Severity, render_text
-from movimentum.source import SourceText
+from movimentum.source import SourceText, Span
 
 
 class MovimentumError(Exception):
@@ -123,7 +123,12 @@ def usage_error(code: str, message: str, *helps: str) -> UsageError:
 
 def script_error(code: str, message: str, *helps: str) -> ScriptError:
     """A `ScriptError` with one diagnostic, which is not about a place in the script."""
-    return ScriptError([Diagnostic(code, Severity.ERROR, message, helps=helps)])
+    return error_at(code, message, None, *helps)
+
+
+def error_at(code: str, message: str, span: Span | None, *helps: str) -> ScriptError:
+    """A `ScriptError` with one diagnostic, about the text at ``span``."""
+    return ScriptError([Diagnostic(code, Severity.ERROR, message, span, helps=helps)])
 
 
 @contextmanager

@@ -108,11 +108,12 @@ def fit(console: Console, *, choices: Choices, asked: _FitOptions, script: str, 
 def _fitted(
     console: Console, source: SourceText, choices: Choices, asked: _FitOptions, target: Path | None, *, to_stdout: bool
 ) -> int:
-    from movimentum.fitting.fit import done_here, make_job, make_problem, read_intervals
+    from movimentum.fitting.fit import done_here, make_job, make_problem
     from movimentum.fitting.fit import fit as fit_problem
     from movimentum.fitting.output import with_constants, write_before_and_after
     from movimentum.fitting.summary import fit_text, notes, unmet
     from movimentum.output.files import refuse_overwriting, refuse_unwritable
+    from movimentum.variants.axes import read_intervals
     from movimentum.variants.sheet import check_sheet
     from movimentum.workflow.read import reads
     from movimentum.workflow.stages import understand

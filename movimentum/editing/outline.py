@@ -138,12 +138,12 @@ class _OutlineReader:
         start = max(self.text.rfind("\n", 0, piece.start), self.text.rfind("\r", 0, piece.start)) + 1
         return not self.text[start : piece.start].strip()
 
-    def is_head(self, ahead: int = 0) -> bool:
+    def is_head(self) -> bool:
         """Whether ``Name :`` or ``Name[…] :`` stands here."""
-        piece = self.piece(ahead)
+        piece = self.piece()
         if piece is None or piece.kind != "name":
             return False
-        ahead += 1
+        ahead = 1
         while self.shows("[", ahead):
             while (inside := self.piece(ahead)) is not None and inside.text not in ("]", ";", "@", "{", "}"):
                 ahead += 1

@@ -342,8 +342,8 @@ class TogetherEvaluator:
         step = SLOPE_STEP_OF_FREE_MOTION if self.drifts else SLOPE_STEP
         here, changes = differences(sides, constants, self.intervals, step)
         (found,) = evaluations
-        moves, sure, reach = (each[::every] for each in (found.moves, found.sure, found.reach))
-        return Evaluation(here, np.nan_to_num(changes), moves, sure, reach)
+        first = slice(None, None, every)
+        return Evaluation(here, np.nan_to_num(changes), found.moves[first], found.sure[first], found.reach[first])
 
     def _evaluated(self, constants: FloatArray, *, slopes: bool) -> Evaluation:
         if not len(constants):

@@ -26,12 +26,9 @@ from movimentum.fitting.search import (
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
 from movimentum.fitting.undecided import Undecided, periods_of, undecided
 from movimentum.records import dataclass, field, replace
-from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.model import Claim
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.source import SourceText
-from movimentum.syntax.suggest import nearest
-from movimentum.text import rational
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import (
     COSTS_ALIKE,
@@ -42,6 +39,7 @@ from movimentum.tolerances import (
     REQUIREMENT_NEARLY_MET,
     SOLVERS_AGREE,
 )
+from movimentum.variants.axes import check_interval
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.pattern import NotTogether
@@ -139,46 +137,12 @@ def make_job(
         message = "no constant has a `.range`, so there is nothing to fit"
         raise usage_error("fit/nothing", message, ".let L = 100 .range(60, 200);", "--vary L=60:200")
     for name, (low, high) in chosen.items():
-        _check(name, low, high, known)
+        check_interval(name, low, high, known)
     if not any(isinstance(aim, Claim) for step in scene.steps for aim in step.aims):
         message = "the script has no goal, so there is nothing to fit it to"
         raise usage_error("fit/no-goal", message, ".goal Rod.P = [100, 150];", ".require Rod.P.y > 20;")
     own = np.array([float(known[name].value[0].value or 0.0) for name in chosen])
     return FitJob(source, choices, tuple(chosen), np.array(list(chosen.values()), dtype=np.float64), own, seed, files)
-
-
-def read_intervals(vary: Sequence[str], constants: Sequence[NamedConstant]) -> dict[str, tuple[float, float]]:
-    """Intervals by name from texts such as ``L=60:200``, or ``L``, which takes that of its `.range`; `UsageError`."""
-    known = {constant.name: constant for constant in constants}
-    found: dict[str, tuple[float, float]] = {}
-    for text in vary:
-        name, sign, interval = (part.strip() for part in text.partition("="))
-        ends = [rational(part, exponents=True) for part in interval.split(":")]
-        own = known.get(name)
-        if not sign and own is not None and own.least is not None and own.most is not None:
-            found[name] = own.least, own.most
-        elif not sign and own is not None:
-            raise usage_error("usage/vary", f"`{name}` has no `.range`", f"--vary {name}=10:20")
-        elif not sign or len(ends) != 2 or None in ends:
-            if not sign and own is None:
-                _check(name, 0.0, 1.0, known)
-            raise usage_error("usage/vary", f"`{text}` is not an interval", f"--vary {name or 'L'}=60:200")
-        else:
-            low, high = (float(end) for end in ends if end is not None)
-            found[name] = low, high
-    return found
-
-
-def _check(name: str, low: float, high: float, known: Mapping[str, NamedConstant]) -> None:
-    if name not in known:
-        guess = nearest(name, known)
-        helps = (f"did you mean `{guess}`?",) if guess else (f".let {name} = {low:g} .range({low:g}, {high:g});",)
-        raise usage_error("name/unknown", f"the script has no constant `{name}`", *helps)
-    if len(known[name].value) != 1:
-        message = f"`{name}` is a vector; only numbers are fitted"
-        raise usage_error("fit/constant", message, f".let {name} = [{name}x, {name}y]; and fit these two")
-    if not low < high:
-        raise usage_error("fit/constant", f"`{name}` has no interval from {low:g} to {high:g}", f"--vary {name}=10:20")
 
 
 def make_problem(job: FitJob) -> FitProblem:
@@ -198,7 +162,8 @@ def make_problem(job: FitJob) -> FitProblem:
         evaluate = _worth_it(TogetherEvaluator(batch, formulas, job.intervals, single.all_sides))
     except Exception as error:  # whatever it is, the single solver has the last word
         reason = str(error).split("\n")[0]
-    effort: SearchEffort = TOGETHER if reason is None and evaluate.exact else ONE_BY_ONE
+    exact = isinstance(evaluate, TogetherEvaluator) and evaluate.exact
+    effort: SearchEffort = TOGETHER if exact else ONE_BY_ONE
     low, high = job.intervals[:, 0], job.intervals[:, 1]
     own = np.clip((job.own - low) / (high - low), 0.0, 1.0)
     merit = Merit.of(lowered, formulas.layout, size)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, substitute, symbol, symbols, walk
 from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks, compiled
@@ -350,7 +350,7 @@ def differences(
     ways = np.concatenate([np.zeros((1, columns)), np.diag(-steps), np.diag(steps)])
     found = sides((constants[:, None] + ways).reshape(-1, columns)).reshape(count, 2 * columns + 1, -1)
     here, *ends = found[:, 0], found[:, 1 : columns + 1], found[:, columns + 1 :]
-    known = [np.isfinite(end).all(axis=2) for end in ends]
+    known: list[BoolArray] = [np.asarray(np.isfinite(end).all(axis=2), dtype=np.bool_) for end in ends]
     low, high = (np.where(k[..., None], end, here[:, None]) for k, end in zip(known, ends, strict=True))
     width = steps * np.sum(known, axis=0)
     with np.errstate(all="ignore"):

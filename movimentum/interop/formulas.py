@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.errors import ScriptError
+from movimentum.errors import ScriptError, error_at
 from movimentum.interop.recognised import SHAPES, without_comments
 from movimentum.interop.triangle_functions import FUNCTIONS, Fault
 from movimentum.records import dataclass, field
@@ -97,7 +97,7 @@ def read_formulas(source: SourceText) -> Formulas:
     for words, span in pieces:
         known, formula = _KNOWN.match(words), _FORMULA.match(words)
         if known is None and formula is None:
-            raise _error("formula/syntax", "this is not a formula", span, "PLLP[P1, L1, L2, P2](P3)")
+            raise error_at("formula/syntax", "this is not a formula", span, "PLLP[P1, L1, L2, P2](P3)")
         if formula is not None:
             _once(formula[3], targets, span)
             found.append(formula)
@@ -122,7 +122,7 @@ def _formula(match: re.Match[str], span: Span, points: Container[str]) -> Formul
     """``points``: all names that the file gives; if `T` is among them, it is a point and not the word for true."""
     function = match[1].upper()
     if function not in SHAPES:
-        raise _error("formula/function", f"there is no function `{match[1]}`", span, f"one of {', '.join(SHAPES)}")
+        raise error_at("formula/function", f"there is no function `{match[1]}`", span, f"one of {', '.join(SHAPES)}")
     arguments = [word.strip() for word in match[2].split(",")]
     counts = {len(SHAPES[function]), *([3] if function == "PLAP" else [])}
     inverse = False
@@ -132,7 +132,7 @@ def _formula(match: re.Match[str], span: Span, points: Container[str]) -> Formul
     if len(arguments) not in counts or not all(arguments):
         shape = ", ".join({"P": "point", "L": "length", "a": "angle"}[letter] for letter in SHAPES[function])
         more = "; the last one may be left out" if len(counts) > 1 else ""
-        raise _error("formula/arguments", f"{function} takes {shape}{more}", span)
+        raise error_at("formula/arguments", f"{function} takes {shape}{more}", span)
     return Formula(function, tuple(arguments), match[3], inverse, span)
 
 
@@ -140,11 +140,11 @@ def _value(text: str, span: Span) -> FloatArray:
     try:
         value = np.array(json.loads(text.replace("(", "[").replace(")", "]")), dtype=np.float64)
     except (ValueError, TypeError, OverflowError, RecursionError):
-        raise _error(
+        raise error_at(
             "formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]"
         ) from None
     if value.ndim > 2 or not (np.abs(value) < 1e150).all():
-        raise _error("formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]")
+        raise error_at("formula/value", "this is not a number, a point or a list of them", span, "P0 = [60, 20]")
     return value
 
 
@@ -154,10 +154,6 @@ def formulas_text(formulas: Formulas, comments: Iterable[str] = ()) -> str:
     lines += [f"{formula};" for formula in formulas.formulas]
     lines += [f"{name} = {json.dumps(value.tolist())}" for name, value in formulas.values.items()]
     return "\n".join(lines) + "\n"
-
-
-def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptError:
-    return ScriptError([Diagnostic(code, Severity.ERROR, message, span, helps=helps)])
 
 
 # --- evaluating -----------------------------------------------------------------------------------------
@@ -257,13 +253,13 @@ def _argument(
         found = literal(word)
     if found is None:
         kind = {"P": "point", "L": "length", "a": "angle"}[letter]
-        raise _error(
+        raise error_at(
             "formula/unknown", f"{formula}: nothing gives the {kind} `{word}`", formula.span, f"`{word} = …` gives it"
         )
     if letter == "P" and (found.ndim == 0 or found.shape[-1] != 2):
-        raise _error("formula/kind", f"{formula}: `{word}` is not a point", formula.span, f"{word} = [60, 20]")
+        raise error_at("formula/kind", f"{formula}: `{word}` is not a point", formula.span, f"{word} = [60, 20]")
     if letter != "P" and (found.ndim > 1 or word in points):
-        raise _error("formula/kind", f"{formula}: `{word}` is a point, not a number", formula.span, f"{word} = 60")
+        raise error_at("formula/kind", f"{formula}: `{word}` is a point, not a number", formula.span, f"{word} = 60")
     return found
 
 
@@ -285,7 +281,7 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
     }
     if len(set(counts.values())) > 1:
         told = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
-        raise _error("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
+        raise error_at("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
 
 
 def _unreachable(formula: Formula, fault: Fault, rows: NDArray[np.bool_]) -> Diagnostic:

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import ScriptError, UsageError
+from movimentum.errors import UsageError, error_at
 from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
 from movimentum.syntax.printer import float_text
@@ -65,7 +65,7 @@ class _Reader:
         if token.kind != kind and token.text not in wanted:
             what = " or ".join(f"`{word}`" for word in wanted) if wanted else f"a {kind}"
             told = f"`{token.text}`" if token.text else "the end"
-            raise _error("mechanism/syntax", f"found {told} where {what} should be", token.span)
+            raise error_at("mechanism/syntax", f"found {told} where {what} should be", token.span)
         self.place += 1
         return token
 
@@ -79,7 +79,7 @@ class _Reader:
         token = self.take(kind="number")
         value = float(token.text)
         if not abs(value) < 1e150:
-            raise _error("mechanism/syntax", f"{token.text} is too large a number", token.span)
+            raise error_at("mechanism/syntax", f"{token.text} is too large a number", token.span)
         return value
 
 
@@ -88,7 +88,7 @@ def _tokens(source: SourceText) -> Iterator[_Token]:
     while place < len(source.text):
         match = _TOKEN.match(source.text, place)
         if match is None:
-            raise _error("mechanism/syntax", f"`{source.text[place]}` has no meaning here", Span(place, place + 1))
+            raise error_at("mechanism/syntax", f"`{source.text[place]}` has no meaning here", Span(place, place + 1))
         if match.lastgroup != "skip":
             yield _Token(str(match.lastgroup), match[0], Span(place, match.end()))
         place = match.end()
@@ -106,9 +106,9 @@ def read_mechanism(source: SourceText) -> tuple[MechanismJoint, ...]:
             reader.take(",", "]")
     end = reader.take("]")
     if reader.peek():
-        raise _error("mechanism/syntax", "something follows the mechanism", reader.tokens[reader.place].span)
+        raise error_at("mechanism/syntax", "something follows the mechanism", reader.tokens[reader.place].span)
     if not joints:
-        raise _error("mechanism/empty", "the mechanism has no joint", end.span, "M[J[R, P[0, 0], L[ground, link_1]]]")
+        raise error_at("mechanism/empty", "the mechanism has no joint", end.span, "M[J[R, P[0, 0], L[ground, link_1]]]")
     return tuple(joints)
 
 
@@ -139,7 +139,7 @@ def _joint(reader: _Reader) -> MechanismJoint:
     while reader.peek() != "]":
         link = reader.take(kind="word")
         if link.text in links:
-            raise _error("mechanism/links", f"`{link.text}` is named twice", link.span)
+            raise error_at("mechanism/links", f"`{link.text}` is named twice", link.span)
         links.append(link.text)
         if reader.peek() != "]":
             reader.take(",", "]")
@@ -147,7 +147,7 @@ def _joint(reader: _Reader) -> MechanismJoint:
     end = reader.take("]")
     span = begin.span.to(end.span)
     if kind != "R" and len(links) < 2:
-        raise _error("mechanism/links", f"a {kind} joint needs the link with the slot and one that slides", span)
+        raise error_at("mechanism/links", f"a {kind} joint needs the link with the slot and one that slides", span)
     return MechanismJoint(kind, (x, y), tuple(links), angle)
 
 
@@ -159,10 +159,6 @@ def _color(reader: _Reader) -> None:
     for mark in (",", ",", ")"):
         reader.number()
         reader.take(mark)
-
-
-def _error(code: str, message: str, span: Span | None, *helps: str) -> ScriptError:
-    return ScriptError([Diagnostic(code, Severity.ERROR, message, span, helps=helps)])
 
 
 # --- as a script ----------------------------------------------------------------------------------------

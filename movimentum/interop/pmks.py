@@ -16,7 +16,7 @@ import re
 from collections.abc import Sequence
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import ScriptError
+from movimentum.errors import ScriptError, error_at
 from movimentum.interop.mechanisms import GROUND, TURN, MechanismJoint, link_names, mechanism_script
 from movimentum.records import dataclass
 from movimentum.source import SourceText, Span
@@ -61,15 +61,15 @@ def read_pmks(source: SourceText) -> PmksMechanism:
             continue
         found = joint_words(line)
         if found is None:
-            raise _error("pmks/joint", "this is not a joint", span, "ground,input,R,100,100")
+            raise error_at("pmks/joint", "this is not a joint", span, "ground,input,R,100,100")
         words, place = found
         links = tuple(dict.fromkeys(GROUND if _GROUND.fullmatch(word) else word for word in words[:place]))
         kind = words[place].upper()
         x, y, *rest = (float(word) for word in words[place + 1 : place + 4] if _NUMBER.fullmatch(word))
         if max(abs(x), abs(y), *map(abs, rest)) >= 1e150:
-            raise _error("pmks/joint", "a number is too large", span)
+            raise error_at("pmks/joint", "a number is too large", span)
         if kind != "R" and len(links) != 2:
-            raise _error("pmks/joint", f"a {kind} joint connects two links, and here are {len(links)}", span)
+            raise error_at("pmks/joint", f"a {kind} joint connects two links, and here are {len(links)}", span)
         if kind == "G":
             contacts.append((links[0], links[1], (x, y), span))
             continue
@@ -133,7 +133,7 @@ def _rolling(
                 if GROUND in one.links and arms and {one.kind, two.kind} == {"R"}:
                     return _ratio(names, (other, GROUND, sorted(arms)[0]), (two.place, one.place, place))
     message = f"nothing holds the centres of `{first}` and `{second}` at a distance, so their circles are unknown"
-    raise _error("pmks/gear", message, span, "give both a pin (R) on one other link")
+    raise error_at("pmks/gear", message, span, "give both a pin (R) on one other link")
 
 
 def _about(joint: MechanismJoint, link: str, arms: set[str]) -> bool:
@@ -156,7 +156,3 @@ def _against(names: dict[str, str], link: str, arm: str) -> str:
     if arm == GROUND:
         return f"{names[link]}.angle"
     return f"({names[link]}.angle - {names[arm]}.angle)" if link != GROUND else f"(-{names[arm]}.angle)"
-
-
-def _error(code: str, message: str, span: Span, *helps: str) -> ScriptError:
-    return ScriptError([Diagnostic(code, Severity.ERROR, message, span, helps=helps)])

@@ -24,7 +24,8 @@ from movimentum.tolerances import FRAME_SOLVED, INEQUALITY_BLURRED, ROUNDING_OF_
 
 
 class Judge:
-    """The equations of a plan's segment that can be read off a state (``rows``), and its inequalities.
+    """The equations of a plan's segment that can be read off a state (``rows``), and its inequalities. ``turns``: which
+    rows are about angles, and hold modulo a turn.
 
     ``size``: the scene's, in pixels.
     """
@@ -43,8 +44,7 @@ class Judge:
         rows = tuple(e.original or e.residual for e in self.rows)
         clocks = plan.clocks
         self._function, starts = remembered(lambda: ("judge", rows, clocks), lambda: _evaluating(rows, clocks))
-        # angles agree modulo a turn
-        self._turns = np.array([e.original is not None and _is_of_angles(e.original) for e in self.rows])
+        self.turns = np.array([e.original is not None and _is_of_angles(e.original) for e in self.rows])
         self._sizes = np.array([1.0 if e.constraint is None else size for e in self.rows])[:, None]
         # clocks that only the constraints as they are stated read
         self._more = starts[len(clocks) :]
@@ -118,8 +118,8 @@ class Judge:
         """Some instants at a time: which, and (rows, F) what each row is off by; an array that is used again."""
         for part, off in self._function.values(state, self._clocks(instants, self._more), len(instants)):
             np.abs(off, out=off)
-            if self._turns.any():
-                off[self._turns] -= 360.0 * np.rint(off[self._turns] / 360.0)
+            if self.turns.any():
+                off[self.turns] -= 360.0 * np.rint(off[self.turns] / 360.0)
                 np.abs(off, out=off)
             yield part, off
 

@@ -20,7 +20,7 @@ from movimentum.errors import UsageError, usage_error
 from movimentum.records import dataclass
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.syntax.suggest import nearest
-from movimentum.text import counted, listed, number
+from movimentum.text import counted, listed, number, rational
 
 DEFAULT_COUNT = 11
 """Values of a range whose number is not given."""
@@ -116,7 +116,7 @@ def read_grid(
     return _limited(VariantGrid(tuple(axes)), most)
 
 
-def grid_of(given: Mapping[str, object], most: int = MAX_VARIANTS) -> VariantGrid:
+def grid_of(given: Mapping[str, object]) -> VariantGrid:
     """All combinations of arrays of values by constant; `UsageError` for what is no array of numbers."""
     axes: list[Axis] = []
     for name, values in given.items():
@@ -128,7 +128,7 @@ def grid_of(given: Mapping[str, object], most: int = MAX_VARIANTS) -> VariantGri
             message = f"`{name}` takes a number or a sequence of finite numbers"
             raise usage_error("usage/vary", message, f"{name}=np.linspace(20, 80, 61)")
         axes.append(Axis((name,), table[:, None]))
-    return _limited(VariantGrid(tuple(axes)), most)
+    return _limited(VariantGrid(tuple(axes)), MAX_VARIANTS)
 
 
 def check_constants(grid: VariantGrid, constants: Sequence[NamedConstant]) -> None:
@@ -297,3 +297,38 @@ def _is_number(text: str) -> bool:
         return math.isfinite(float(text))
     except ValueError:
         return False
+
+
+def read_intervals(vary: Sequence[str], constants: Sequence[NamedConstant]) -> dict[str, tuple[float, float]]:
+    """Intervals by name from texts such as ``L=60:200``, or ``L``, which takes that of its `.range`; `UsageError`."""
+    known = {constant.name: constant for constant in constants}
+    found: dict[str, tuple[float, float]] = {}
+    for text in vary:
+        name, sign, interval = (part.strip() for part in text.partition("="))
+        ends = [rational(part, exponents=True) for part in interval.split(":")]
+        own = known.get(name)
+        if not sign and own is not None and own.least is not None and own.most is not None:
+            found[name] = own.least, own.most
+        elif not sign and own is not None:
+            raise usage_error("usage/vary", f"`{name}` has no `.range`", f"--vary {name}=10:20")
+        elif not sign or len(ends) != 2 or None in ends:
+            if not sign and own is None:
+                check_interval(name, 0.0, 1.0, known)
+            raise usage_error("usage/vary", f"`{text}` is not an interval", f"--vary {name or 'L'}=60:200")
+        else:
+            low, high = (float(end) for end in ends if end is not None)
+            found[name] = low, high
+    return found
+
+
+def check_interval(name: str, low: float, high: float, known: Mapping[str, NamedConstant]) -> None:
+    """`UsageError` unless ``name`` is a constant that can be fitted between ``low`` and ``high``."""
+    if name not in known:
+        guess = nearest(name, known)
+        helps = (f"did you mean `{guess}`?",) if guess else (f".let {name} = {low:g} .range({low:g}, {high:g});",)
+        raise usage_error("name/unknown", f"the script has no constant `{name}`", *helps)
+    if len(known[name].value) != 1:
+        message = f"`{name}` is a vector; only numbers are fitted"
+        raise usage_error("fit/constant", message, f".let {name} = [{name}x, {name}y]; and fit these two")
+    if not low < high:
+        raise usage_error("fit/constant", f"`{name}` has no interval from {low:g} to {high:g}", f"--vary {name}=10:20")

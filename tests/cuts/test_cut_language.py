@@ -70,7 +70,7 @@ def test_a_cut_may_be_a_tool() -> None:
 
 
 def test_it_is_written_as_it_is_read() -> None:
-    from movimentum.syntax.printer import script_text
+    from tests.syntax.scripts_of_trees import script_text
 
     text = "Cam : .cut Roller .in Shaft .outer .color('gold');"
     assert parse(SourceText("a", script_text(parse(SourceText("a", text))))) == parse(SourceText("a", text))

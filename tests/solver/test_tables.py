@@ -223,7 +223,7 @@ def test_a_million_rows(tmp_path: Path) -> None:
 def test_a_script_that_reads_one_prints_as_it_is_read() -> None:
     from movimentum.source import SourceText
     from movimentum.syntax.parser import parse
-    from movimentum.syntax.printer import script_text
+    from tests.syntax.scripts_of_trees import script_text
 
     text = "@0\nx = 2 * .table('a.csv', 'b', .t + 1).over('c').smooth.held.x;\n"
     assert script_text(parse(SourceText("x.mov", text))) == text

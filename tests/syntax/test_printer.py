@@ -31,7 +31,7 @@ from movimentum.syntax.expression_tree import (
     Transition,
     Vector,
 )
-from movimentum.syntax.printer import expression_text, number_text, script_text
+from movimentum.syntax.printer import expression_text, number_text
 from movimentum.syntax.tree import (
     AnchorDefinition,
     ClaimStatement,
@@ -56,6 +56,7 @@ from movimentum.syntax.tree import (
 )
 from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import KINDS
+from tests.syntax.scripts_of_trees import script_text
 from tests.understand import script_of, statement_of
 
 names = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,5}", fullmatch=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, sub, substitute, symbol, symbols, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, sub, substitute, symbol, walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -31,7 +31,7 @@ from movimentum.planning.blocks.reduction import (
 )
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.calculus import affine, phases_of, with_respect_to
+from movimentum.planning.lowering.calculus import affine, phases_of, slopes_of
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -238,21 +238,13 @@ def _row(equation: Equation, inside: set[int]) -> Expr:
 
 
 def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:
-    entries: list[tuple[int, int]] = []
-    slopes: list[Expr] = []
-    for i, residual in enumerate(rows.residuals):
-        present = symbols(residual)
-        for j, n in enumerate(rows.core):
-            if n in present:
-                slope = with_respect_to(residual, n)
-                if slope.value != 0.0:
-                    entries.append((i, j))
-                    slopes.append(slope)
+    found = [part for part in zip(*slopes_of(rows.residuals, rows.core), strict=True) if part[1].value != 0.0]
+    slopes = [slope for _, slope in found]
     return {
         **making.common(rows.core, explicit, rows.residuals),
         "residual": compiled(rows.residuals, making.clocks),
         "jacobian": compiled(slopes, making.clocks),
-        "entries": tuple(entries),
+        "entries": tuple(entry for entry, _ in found),
         "residuals": tuple(rows.residuals),
         "slopes": tuple(slopes),
         "row_equations": tuple(rows.stated_by),

@@ -10,15 +10,13 @@ from movimentum.expressions.tables import Table
 from movimentum.planning.lowering.unknowns import symbol_numbers
 
 
-def differentiate(
-    root: Expr, leaf: Callable[[Expr], Expr], memo: dict[Expr, Expr] | None = None, toward: Expr | None = None
-) -> Expr:
+def differentiate(root: Expr, leaf: Callable[[Expr], Expr], toward: Expr | None = None) -> Expr:
     """The derivative of ``root`` given ``leaf``, which tells the derivative of each leaf (and of integral nodes).
 
     Where a function has a kink (abs, min, floor, ranges) the derivative is the one of the piece it is on; or, just at
     the kink, that of the piece ``toward`` which it goes: 1 as what is differentiated by grows, -1 as it shrinks.
     """
-    memo = {} if memo is None else memo
+    memo: dict[Expr, Expr] = {}
     for node in walk(root):
         if node not in memo:
             d = [memo.get(arg, ZERO) for arg in node.args]
@@ -26,9 +24,9 @@ def differentiate(
     return memo[root]
 
 
-def with_respect_to(root: Expr, unknown: Hashable, memo: dict[Expr, Expr] | None = None) -> Expr:
+def with_respect_to(root: Expr, unknown: Hashable) -> Expr:
     """The partial derivative with respect to the symbol ``unknown``."""
-    return differentiate(root, lambda node: ONE if node.op == "symbol" and node.payload == unknown else ZERO, memo)
+    return differentiate(root, lambda node: ONE if node.op == "symbol" and node.payload == unknown else ZERO)
 
 
 def rounded(root: Expr) -> Expr:

@@ -6,7 +6,7 @@ a ring). Both are decided by elimination, as the structure alone does not show i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import PosePart
@@ -35,25 +35,6 @@ def without_repetitions(system: System) -> System:
             equations[equation.number] = replace(equation, targets=())
             system = replace(system, equations=tuple(equations))
     return system
-
-
-def determined(system: System, equations: Sequence[Equation], known: Collection[int]) -> set[int]:
-    """The unknowns that linear equations between turns determine together, given what is ``known``."""
-    rows: dict[int, Row] = {}
-    for equation in equations:
-        row = turns_in(system, equation, known)
-        if not row:
-            continue
-        rest = _reduced(row, rows)
-        if not rest:
-            continue
-        pivot = max(rest, key=lambda n: abs(rest[n]))
-        rest = {n: factor / rest[pivot] for n, factor in rest.items()}
-        rows[pivot] = rest
-        for other, old in list(rows.items()):
-            if other != pivot and pivot in old:
-                rows[other] = _less(old, rest, old[pivot], pivot)
-    return {pivot for pivot, row in rows.items() if len(row) == 1}
 
 
 def turns_in(system: System, equation: Equation, known: Collection[int]) -> Row | None:

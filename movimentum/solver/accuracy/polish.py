@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol, symbols
+from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
@@ -51,16 +51,8 @@ class Rows:
 
 def make_rows(plan: Plan, residuals: Sequence[Expr], unknowns: Sequence[int]) -> Rows:
     """Differentiate and compile."""
-    entries: list[tuple[int, int]] = []
-    slopes: list[Expr] = []
-    for i, residual in enumerate(residuals):
-        present = symbols(residual)
-        for j, n in enumerate(unknowns):
-            if n in present:
-                entries.append((i, j))
-                slopes.append(with_respect_to(residual, n))
-    clocks = Clocks(plan.clocks)
-    jacobian = compiled(slopes, clocks)
+    entries, slopes = slopes_of(residuals, unknowns)
+    jacobian = compiled(slopes, Clocks(plan.clocks))
     return Rows(tuple(residuals), ordered(residuals), tuple(unknowns), tuple(entries), tuple(slopes), jacobian)
 
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
@@ -141,14 +140,8 @@ class _Jacobian:
 
     def __init__(self, path: Path, block: Ode) -> None:
         self._states, self._core = len(block.states), len(block.core)
-        self._entries: list[tuple[int, int]] = []
-        outputs: list[Expr] = []
-        for i, root in enumerate((*block.derivatives, *block.algebraic.residuals)):
-            present = symbols(root)
-            for j, n in enumerate((*block.states, *block.core)):
-                if n in present:
-                    self._entries.append((i, j))
-                    outputs.append(with_respect_to(root, n))
+        roots = (*block.derivatives, *block.algebraic.residuals)
+        self._entries, outputs = slopes_of(roots, (*block.states, *block.core))
         self._rows = self._states + len(block.algebraic.residuals)
         self._code = compiled(outputs, Clocks(path.plan.clocks))
 
@@ -167,12 +160,8 @@ class _Jacobian:
 def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[FloatArray]], Slopes]:
     """The equations of V variants without a core, as one: their states side by side, variant by variant."""
     count, states = len(run.size), len(block.states)
-    partials = [
-        (i, j) for i, root in enumerate(block.derivatives) for j, n in enumerate(block.states) if n in symbols(root)
-    ]
-    slope = code_of(
-        [with_respect_to(block.derivatives[i], block.states[j]) for i, j in partials], tuple(run.plan.clocks)
-    )
+    partials, outputs = slopes_of(block.derivatives, block.states)
+    slope = code_of(outputs, tuple(run.plan.clocks))
 
     def equation(tau: FloatArray, clocks: Sequence[FloatArray]) -> Slopes:
         many = tau.shape[-1]

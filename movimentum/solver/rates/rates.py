@@ -240,7 +240,7 @@ class _Course:
                 raise NotImplementedError(node.payload)
 
     def _anchor(self, thing: int, anchor: int, axis: int, moment: Moment, taylor: Taylor) -> Series:
-        """A world coordinate of an anchor, as `solver.assembly.placements` has it."""
+        """A world coordinate of an anchor, as `basis.body_pose.solved_pose` has it."""
         system = self.piece.plan.system
         get, frame, before = system.number_of.get, system.frame(thing), self.base.things[thing]
         c, s = moment.of(get(PoseCos(thing))), moment.of(get(PoseSin(thing)))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
@@ -19,7 +20,7 @@ from movimentum.tolerances import SAME_VALUE, SPELLING_WEIGHT
 TURN = 360.0
 
 
-def squared(value: float) -> float:
+def squared(value: Any) -> Any:
     """The square; infinite where it overflows (Python's own power raises)."""
     return value * value
 
@@ -75,36 +76,17 @@ class Measures:
         return min(0.5, slower)
 
     def distances(self, unknowns: Sequence[int], state: State) -> tuple[float, float, float]:
-        """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is
-        in ``unknowns``.
-        """
-        system = self.plan.system
-        carried = turned = moved = 0.0
-        for n in unknowns:
-            payload = system.unknowns[n].payload
-            if isinstance(payload, Anonymous):
-                continue
-            value, _ = pair(state[n])
-            if isinstance(payload, ThingAngle | VariableComponent):
-                if not self.carried(n):
-                    turned += SPELLING_WEIGHT * squared(
-                        value / (TURN if isinstance(payload, ThingAngle) else self.plan.size)
-                    )
-                if isinstance(payload, ThingAngle):
-                    continue
-            before = self.before(n)
-            if before is None:
-                continue
-            if self.carried(n):
-                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
-                carried += squared((value - before) / scale)
-            elif isinstance(payload, PoseCos | PoseSin):
-                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
-                if state[other] is not None and (other > n or other not in unknowns):  # once, when both are known
-                    turned += squared(self._turn(payload.thing, state))
-            elif isinstance(payload, PoseX | PoseY):
-                moved += squared((value - before) / self.plan.size)
-        return carried, turned, moved
+        """See `distances`."""
+        return distances(
+            self.plan.system,
+            unknowns,
+            state,
+            now=lambda n: pair(state[n])[0],
+            before=self.before,
+            carried=self.carried,
+            turn=lambda thing: self._turn(thing, state),
+            size=self.plan.size,
+        )
 
     def _turn(self, thing: int, state: State) -> float:
         """How far a thing is turned at the second instant from how it was drawn (its part as a whole having been laid
@@ -115,3 +97,45 @@ class Measures:
         cosine, sine = system.frame(thing).to_thing(c, s)
         before = self.carry.now.things[thing]
         return math.acos(min(1.0, max(-1.0, cosine * before.c + sine * before.s)))
+
+
+def distances(
+    system: System,
+    unknowns: Sequence[int],
+    state: State,
+    *,
+    now: Callable[[int], Any],
+    before: Callable[[int], Any],
+    carried: Callable[[int], bool],
+    turn: Callable[[int], Any],
+    size: Any,
+) -> tuple[Any, Any, Any]:
+    """(squared distance from the pose carried over, squared turn, squared displacement from as drawn), of what is in
+    ``unknowns``: numbers, or arrays for many variants.
+
+    Given is what an unknown is ``now`` and was ``before`` (None: nothing), whether it is ``carried`` over, and by how
+    many radians a thing ``turn``s; ``size`` is the scene's.
+    """
+    away = turned = moved = 0.0
+    for n in unknowns:
+        payload = system.unknowns[n].payload
+        if isinstance(payload, Anonymous):
+            continue
+        value = now(n)
+        if isinstance(payload, ThingAngle | VariableComponent):
+            if not carried(n):
+                turned = turned + SPELLING_WEIGHT * squared(value / (TURN if isinstance(payload, ThingAngle) else size))
+            if isinstance(payload, ThingAngle):
+                continue
+        earlier = before(n)
+        if earlier is None:
+            continue
+        if carried(n):
+            away = away + squared((value - earlier) / (1.0 if isinstance(payload, PoseCos | PoseSin) else size))
+        elif isinstance(payload, PoseCos | PoseSin):
+            other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
+            if state[other] is not None and (other > n or other not in unknowns):  # once, when both are known
+                turned = turned + squared(turn(payload.thing))
+        elif isinstance(payload, PoseX | PoseY):
+            moved = moved + squared((value - earlier) / size)
+    return away, turned, moved

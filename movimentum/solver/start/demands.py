@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
 from movimentum.cancellation import look
@@ -33,8 +32,6 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.tolerances import FIRST_POSE_MEETS, TURN_COEFFICIENT_WHOLE, TURN_COEFFICIENT_ZERO
-
-IntArray = NDArray[np.intp]
 
 Member = tuple[str, int]
 """("constraint", its number) or ("thing", its number): what states a row. What is neither belongs to ("", -1)."""

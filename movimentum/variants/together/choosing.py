@@ -14,11 +14,11 @@ import numpy as np
 from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Newton
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
-from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
+from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.basis.body_pose import DRAWN
-from movimentum.solver.start.costs import TURN
+from movimentum.solver.start.costs import distances
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.beginning import VariantBeginning
@@ -169,40 +169,39 @@ class _Part:
         result[:, 1] = beginning.wished(number)
         if block.continued:
             return result
-        system = beginning.pattern.plan.system
-        size = beginning.size[:, None]
-        carried = beginning.carried
-        for n in block.unknowns:
-            payload = system.unknowns[n].payload
-            value = np.broadcast_to(beginning.state[n], (beginning.count, 2))
-            here = value[:, :1]
-            if isinstance(payload, Anonymous):
-                continue
+        system, carried, count = beginning.pattern.plan.system, beginning.carried, beginning.count
+
+        def now(n: int) -> FloatArray:
+            return np.broadcast_to(beginning.state[n], (count, 2))[:, 0]
+
+        def before(n: int) -> FloatArray | None:
+            value = beginning.before(n)
+            return None if value is None else np.broadcast_to(value, (count, 1))[:, 0]
+
+        def is_carried(n: int) -> bool:
             known = system.unknowns[n]
-            is_carried = carried is not None and (
-                payload in carried.others if known.thing is None else known.thing in carried.poses
+            return carried is not None and (
+                known.payload in carried.others if known.thing is None else known.thing in carried.poses
             )
-            if isinstance(payload, ThingAngle | VariableComponent):
-                if not is_carried:
-                    unit = TURN if isinstance(payload, ThingAngle) else size
-                    result[:, 3:4] += tolerances.SPELLING_WEIGHT * np.square(here / unit)
-                if isinstance(payload, ThingAngle):
-                    continue
-            before = beginning.before(n)
-            if before is None:
-                continue
-            if is_carried:
-                scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else size
-                off = np.abs(here - before) / scale
-                result[:, 2:3] += np.square(off)
-                result[:, 0:1] = np.maximum(result[:, 0:1], np.where(off <= tolerances.SAME_VALUE, 0.0, 1.0))
-            elif isinstance(payload, PoseCos | PoseSin):
-                other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
-                known_too = beginning.state[other] is not None
-                if known_too and (isinstance(payload, PoseCos) or other not in block.unknowns):  # once
-                    result[:, 3] += np.square(self._turn(payload.thing))
-            elif isinstance(payload, PoseX | PoseY):
-                result[:, 4:5] += np.square((here - before) / size)
+
+        found = distances(
+            system,
+            block.unknowns,
+            beginning.state,
+            now=now,
+            before=before,
+            carried=is_carried,
+            turn=self._turn,
+            size=beginning.size,
+        )
+        for place, part in enumerate(found, 2):
+            result[:, place] = part
+        for n in block.unknowns if carried is not None else ():
+            payload = system.unknowns[n].payload
+            earlier = None if isinstance(payload, Anonymous | ThingAngle) or not is_carried(n) else before(n)
+            if earlier is not None:
+                off = np.abs(now(n) - earlier) / (1.0 if isinstance(payload, PoseCos | PoseSin) else beginning.size)
+                result[:, 0] = np.maximum(result[:, 0], ~(off <= tolerances.SAME_VALUE))
         return result
 
     def _turn(self, thing: int) -> FloatArray:

@@ -11,7 +11,6 @@ from movimentum.expressions import Expr, const, substitute, symbols
 from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.equations import Equation
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Relation, Scene, ThingAngle
@@ -152,7 +151,8 @@ def _segment_pattern(
     blocks = tuple(map(lift_block, plan.blocks))
     system = plan.system
     checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
-    rows = Judge(plan, size).rows
+    judge = Judge(plan, size)
+    rows = judge.rows
     stated = formulas([row.original or row.residual for row in rows])
     return SegmentPattern(
         segment=segment,
@@ -164,15 +164,9 @@ def _segment_pattern(
         wishes=formulas([error for wish in system.wishes for error in wish.errors]),
         stated=stated,
         stated_sizes=np.array([1.0 if row.constraint is None else size for row in rows]),
-        stated_turns=np.array([row.original is not None and _is_of_angles(row) for row in rows], dtype=np.float64),
+        stated_turns=judge.turns,
         more_clocks=tuple(clocks.starts),
     )
-
-
-def _is_of_angles(row: Equation) -> bool:
-    residual = row.original or row.residual
-    sides = residual.args if residual.op == "add" else (residual,)
-    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
 
 
 def _polynomial_rows(

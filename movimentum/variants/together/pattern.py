@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr, substitute, symbol
 from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode, Winding
 from movimentum.planning.codegen.writing import Compiled
@@ -100,7 +100,7 @@ class SegmentPattern:
     wishes: SegmentFormulas
     stated: SegmentFormulas
     stated_sizes: FloatArray
-    stated_turns: FloatArray
+    stated_turns: BoolArray
     more_clocks: tuple[Fraction, ...]
 
     @property
