@@ -150,7 +150,7 @@ class StartSearch:
         self.touched, self.together = independent_parts(plan, branching, self.rank, self.judgements)
 
     def begin_at(self, instants: Instants) -> None:
-        """StartSearch at other instants, from the same pose, next."""
+        """Search at other instants, from the same pose, next."""
         before = self.blocks
         self.instants = instants
         self.blocks = BlockOptions(self.plan, instants, self.carry, before.ahead, before.totals)
