@@ -24,16 +24,18 @@ def passing(size: float, speed: float) -> str:
 
 
 @pytest.mark.parametrize(("size", "speed"), [(3.0, 100.0), (5.0, 40.0), (12.0, 60.0)])
-def test_the_page_is_told_the_overlaps_that_it_asked_for(size: float, speed: float) -> None:
-    bench = Bench(passing(size, speed))
-    bench.worker._find_overlaps(bench.job)  # pyright: ignore[reportPrivateUsage]
-    assert not bench.said  # nobody has asked
-    bench.worker.show_overlaps(OverlapsAsked(True))
-    bench.worker._find_overlaps(bench.job)  # pyright: ignore[reportPrivateUsage]
-    (told,) = bench.said
+def test_the_page_is_told_the_overlaps_that_it_asked_for(
+    bench: Callable[[str], Bench], size: float, speed: float
+) -> None:
+    there = bench(passing(size, speed))
+    there.worker._find_overlaps(there.job)  # pyright: ignore[reportPrivateUsage]
+    assert not there.said  # nobody has asked
+    there.worker.show_overlaps(OverlapsAsked(True))
+    there.worker._find_overlaps(there.job)  # pyright: ignore[reportPrivateUsage]
+    (told,) = there.said
     assert isinstance(told, OverlapsFound)
     (found,) = told.overlaps
-    assert found["things"] == [bench.number("Moving"), bench.number("Still")]
+    assert found["things"] == [there.number("Moving"), there.number("Still")]
     assert math.isclose(found["from"], (50 - 2 * size) / speed, rel_tol=1e-9)
     assert math.isclose(found["to"], (50 + 2 * size) / speed, rel_tol=1e-9)
     assert math.isclose(found["depth"], 2 * size, rel_tol=1e-6)

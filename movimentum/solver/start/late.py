@@ -20,7 +20,7 @@ from movimentum.solver.start.candidates import (
     Selection,
 )
 from movimentum.solver.start.resumption import Branch
-from movimentum.solver.start.search import Search
+from movimentum.solver.start.search import StartSearch
 
 LATE, LATE_NEWTON = 64, 16
 """Times of a segment at which a first solution is looked for, where there is none to begin with."""
@@ -100,7 +100,7 @@ class StillRefused:
     ) -> None:
         self._start = segment_start
         self._ahead = ahead
-        self._search = Search(plan, self._instants(plan, 0.0), carry, ahead, totals)
+        self._search = StartSearch(plan, self._instants(plan, 0.0), carry, ahead, totals)
         about = {number for part in refused.parts[-1:] for number in part.blocks if number >= 0}
         self._only = _connected(plan, about)
 

@@ -41,7 +41,7 @@ class Lie:
 
 
 @dataclass(frozen=True, slots=True)
-class About:
+class AboutThings:
     """For every thing, what is about it: the equations and the constraints of its anchors, in their order; and for
     every unknown the inequalities that read it.
     """
@@ -51,7 +51,7 @@ class About:
     selectors: dict[int, list[int]]
 
     @classmethod
-    def of(cls, system: System) -> About:
+    def of(cls, system: System) -> AboutThings:
         """That of a whole system."""
         equations: dict[int, list[int]] = {}
         constraints: dict[int, list[int]] = {}
@@ -85,7 +85,7 @@ class PartFit:
         carry: Carry,
         bodies: Sequence[BodyUnknowns],
         rows: Sequence[Equation],
-        about: About,
+        about: AboutThings,
     ) -> None:
         used = {n for e in rows for n in e.unknowns}
         self.plan = plan

@@ -24,7 +24,7 @@ from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
 from movimentum.solver.basis.pose_state import Carry, ThingPose
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.start.part_fit import About, Lie, PartFit, pose_numbers
+from movimentum.solver.start.part_fit import AboutThings, Lie, PartFit, pose_numbers
 from movimentum.tolerances import (
     PART_FITS,
 )
@@ -37,7 +37,7 @@ class Parts:
     """The connected parts of a plan that have several bodies, and what is about its things."""
 
     bodies: list[list[BodyUnknowns]]
-    about: About
+    about: AboutThings
 
     @classmethod
     def of(cls, plan: Plan, only: Container[int | None] | None = None) -> Parts:
@@ -47,7 +47,7 @@ class Parts:
         # a single body has no inner pose that a drawing could tell
         return cls(
             [part for part in parts if len(part) > 1 and (only is None or any(body.thing in only for body in part))],
-            About.of(plan.system),
+            AboutThings.of(plan.system),
         )
 
 
@@ -82,7 +82,7 @@ def _lie_of(
     clocks: Sequence[FloatArray],
     carry: Carry,
     bodies: Sequence[BodyUnknowns],
-    about: About,
+    about: AboutThings,
 ) -> Lie | None:
     """Where a part belongs, as far as that can be told before its inner pose is known; None where it cannot.
 
@@ -112,7 +112,7 @@ def _lie_of(
     return lie if lie is not None and PartFit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
 
 
-def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: About) -> list[Equation]:
+def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: AboutThings) -> list[Equation]:
     """The script's equations about the poses of ``bodies`` and what is known."""
     own = {n for body in bodies for n in pose_numbers(body)}
     return [

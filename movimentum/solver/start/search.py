@@ -78,7 +78,9 @@ def select(
     ``totals``: integrals so far, by unknown number. ``doubt`` is asked whether what was turned down can be met at
     all: where nothing was found after some work, and where nothing was found at the end.
     """
-    search = Search(plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals)
+    search = StartSearch(
+        plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals
+    )
     search.doubt = doubt
     with np.errstate(all="ignore"):
         found = search.run()
@@ -125,7 +127,7 @@ class _Level:
     solved: bool = False
 
 
-class Search:
+class StartSearch:
     """Looks for solutions of a plan at two instants, block by block; see `select`."""
 
     def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
