@@ -16,6 +16,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
+from movimentum.certifying.krawczyk import krawczyk, stacked
 from movimentum.expressions import ZERO, Expr, add
 from movimentum.planning.blocks.kinds import Block, Integral, Winding
 from movimentum.planning.blocks.velocities import BlockRows, rows_of
@@ -192,8 +193,9 @@ class Encloser:
         return self._rows[block.number, at]
 
     def _independent(self, block: Block, rows: BlockRows, at: float) -> BlockRows | None:
-        from scipy.linalg import qr
+        import scipy.linalg as library
 
+        linalg: Any = library
         middle = np.array([at])
         state, _ = evaluated(self.piece, self.piece.instants(middle))
         tubes = Tubes(middle, middle, np.full(1, -1.0), np.zeros(1, dtype=np.bool_))
@@ -204,7 +206,7 @@ class Encloser:
         for (i, j), slope in zip(rows.entries, self.values(rows.slopes, tubes), strict=True):
             matrix[i, j] = slope.c[0] * scale_of(self.plan, rows.unknowns[j : j + 1])[0]
         matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), UNIT_ROUNDOFF)
-        factor: Any = qr(matrix.T, mode="r", pivoting=True)
+        factor = linalg.qr(matrix.T, mode="r", pivoting=True)
         pivots = np.abs(np.diag(factor[0]))
         if not np.isfinite(pivots).all() or pivots[-1] < INDEPENDENT_EQUATIONS * pivots[0]:
             return None
@@ -315,21 +317,21 @@ class Encloser:
         still = np.zeros(1)
         own.update({n: TimeForm(c[:, j], s[:, j], still) for j, n in enumerate(rows.unknowns)})
         self.forms.jump = 0.0
-        f = _stacked(self.evaluator.values(rows.nodes, rows.residuals, leaf), len(c))
+        f = stacked(self.evaluator.values(rows.nodes, rows.residuals, leaf), len(c))
         jump = np.broadcast_to(self.forms.jump, len(c))
         region = 1.5 * bend + room
         radius, good = np.full_like(region, np.inf), np.zeros(len(c), dtype=np.bool_)
         for _ in range(TRIES):
             own.update({n: TimeForm(c[:, j], s[:, j], region[:, j]) for j, n in enumerate(rows.unknowns)})
-            slopes = _stacked(self.evaluator.values(rows.slope_nodes, rows.slopes, leaf), len(c))
-            image = _image(f, slopes, rows.entries, region)
-            inside = (image < region).all(axis=1)
-            radius = np.where((inside & ~good)[:, None], image, radius)
+            slopes = stacked(self.evaluator.values(rows.slope_nodes, rows.slopes, leaf), len(c))
+            found = krawczyk(f, slopes, rows.entries, region)
+            inside = (found < region).all(axis=1)
+            radius = np.where((inside & ~good)[:, None], found, radius)
             good |= inside
-            wider = ~good & np.isfinite(image).all(axis=1)
+            wider = ~good & np.isfinite(found).all(axis=1)
             if not wider.any():
                 break
-            region = np.where(wider[:, None], 1.25 * image + room, region)
+            region = np.where(wider[:, None], 1.25 * found + room, region)
         return radius, region, good, jump
 
 
@@ -364,47 +366,3 @@ def time_form(tubes: Tubes, offset: Fraction) -> TimeForm:
     middle, half = 0.5 * (tubes.begin + tubes.end), 0.5 * (tubes.end - tubes.begin)
     off = 8.0 * UNIT_ROUNDOFF * (np.abs(tubes.begin) + np.abs(tubes.end) + abs(shown))
     return TimeForm(shown + middle, half, up(off))
-
-
-def _stacked(forms: Sequence[TimeForm], count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(N, m) middles, slopes and radii of m forms."""
-    c, s, r = (
-        np.stack([np.broadcast_to(part, count) for part in parts], axis=-1)
-        for parts in ([f.c for f in forms], [f.s for f in forms], [f.r for f in forms])
-    )
-    return c, s, r
-
-
-def _image(
-    f: tuple[FloatArray, FloatArray, FloatArray],
-    slopes: tuple[FloatArray, FloatArray, FloatArray],
-    entries: Sequence[tuple[int, int]],
-    region: FloatArray,
-) -> FloatArray:
-    """(N, n) radii of K; nan where the derivatives have no inverse."""
-    count, order = region.shape
-    rows, columns = np.array(entries).T
-    c, s, r = (np.zeros((count, order, order)) for _ in range(3))
-    for whole, part in zip((c, s, r), slopes, strict=True):
-        whole[:, rows, columns] = part
-    inverse = _inverse(c)
-    size = np.abs(inverse)
-    lost = 2.0 * (order + 2.0) * UNIT_ROUNDOFF  # of a product of matrices, of its terms without their signs
-    fc, fs, fr = (part[..., None] for part in f)
-    newton = np.abs(inverse @ fc) + np.abs(inverse @ fs) + size @ (fr + lost * (np.abs(fc) + np.abs(fs)))
-    left = np.abs(np.eye(order) - inverse @ c) + np.abs(inverse @ s) + size @ (r + lost * (np.abs(c) + np.abs(s)))
-    left = left + UNIT_ROUNDOFF * np.eye(order)
-    found: FloatArray = up(newton + up(left) @ region[..., None])[..., 0]
-    return found * (1.0 + lost)
-
-
-def _inverse(matrices: FloatArray) -> FloatArray:
-    """(N, n, n) nearly the inverses of matrices; nan where there is none."""
-    try:
-        return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
-    except np.linalg.LinAlgError:  # which says nothing of the others
-        found = np.full_like(matrices, np.nan)
-        if len(matrices) > 1:
-            for k in range(len(matrices)):
-                found[k : k + 1] = _inverse(matrices[k : k + 1])
-        return found

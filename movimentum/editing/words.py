@@ -10,7 +10,10 @@ ITEMS: dict[str, tuple[str, str]] = {
     "config": (".config(fps, width, height)", "Frames per time unit, and the size of the picture in pixels."),
     "let": (".let name = value;", "A constant. `--set name=…` gives it another value."),
     "part": (".part Name(parameters) { … }", "A group of things and statements, of which copies are made."),
-    "body": (".body Name = Shape + Shape - Hole;", "One rigid thing of several shapes; those with a minus are cut out."),
+    "body": (
+        ".body Name = Shape + Shape - Hole;",
+        "One rigid thing of several shapes; those with a minus are cut out.",
+    ),
     "for": (".for k = 1..3 { … }", "Its things and statements once for each whole number."),
     "include": (".include 'file.mov';", "The constants and parts of another file."),
     "claim": (".claim left = right;", "An expected result: it moves nothing, and is checked in every frame."),
@@ -33,7 +36,10 @@ KIND_HELP: dict[str, tuple[str, str]] = {
         "A curve: `.polar`, `.param`, `.through` or `.points`.",
     ),
     "cut": (".cut Tool .in Thing", "The profile that a moving outline cuts in another thing."),
-    "body": (".body Name = Shape + Shape - Hole;", "One rigid thing of several shapes; those with a minus are cut out."),
+    "body": (
+        ".body Name = Shape + Shape - Hole;",
+        "One rigid thing of several shapes; those with a minus are cut out.",
+    ),
     "gear": (".gear(teeth, module)  C = [x,y]", "A gear wheel about its first anchor; with `.inner` a ring."),
     "rack": (".rack(teeth, module)  A = [x,y]  B = …", "A toothed rack along its first two anchors."),
     "ground": (".ground Thing.P", "The hatched support under a fixed pin."),

@@ -20,7 +20,8 @@ from movimentum.scene.model import Scene, Thing
 from movimentum.things.kinds.plate import PLATE
 from movimentum.things.kinds.toothed import GEAR, RACK
 from movimentum.vector.film import Film
-from movimentum.vector.page import FilmData, css, nine_digits
+from movimentum.vector.page import FilmData
+from movimentum.vector.spelling import css, nine_digits
 
 LETTERS = "0123456789+-.,%eEinfa–_ "
 """What numbers are written with."""

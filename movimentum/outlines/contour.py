@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +20,8 @@ from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.facets import Facets
-from movimentum.tolerances import EDGE_IS_ARC, FLATTENED, LEAST_DIVISOR, OUTLINE_CLOSES, OUTLINE_SAMPLED
+from movimentum.outlines.forms import forms_of, in_forms
+from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
 
 PLACE = symbol("place")
 """The parameter."""
@@ -140,14 +140,7 @@ class Contour:
         flat = place.reshape(-1)
         forms, known = self._forms
         piece = np.searchsorted(self._inner, flat, side="left")
-        cx, cy, vx, vy, r, t, kx, ky, a, f, w = forms[:, piece]
-        s = flat - self._starts[piece]
-        c, n = np.cos(t + w * s), np.sin(t + w * s)
-        p, q = np.cos(f + w * s), np.sin(f + w * s)
-        found = np.stack([
-            cx + vx * s + r * c, cy + vy * s + r * n, kx + a * p, ky + a * q,
-            vx - r * w * n, vy + r * w * c, -a * w * q, a * w * p,
-        ])  # fmt: skip
+        found = in_forms(forms[:, piece], flat - self._starts[piece])
         for k in np.unique(piece[~known[piece]]).tolist():
             some = piece == k
             found[:, some] = self._functions[k](flat[some])
@@ -163,34 +156,7 @@ class Contour:
 
     @cached_property
     def _forms(self) -> tuple[FloatArray, BoolArray]:
-        """(11, N): the lines, arcs and corners among N pieces, in numbers: s after its beginning a piece is at c + v s +
-        r e(t + w s), where e(u) is (cos u, sin u), in the direction k + a e(f + w s). (N,): whether a piece is one.
-        """
-        forms = np.zeros((11, len(self._functions)))
-        known = np.zeros(len(self._functions), dtype=np.bool_)
-        for k, (begin, end) in enumerate(pairwise(self.breaks)):
-            places = np.linspace(begin, end, 7)
-            x, y, tx, ty, dx, dy = np.stack(self._functions[k](places))[:6]
-            speed, size = np.hypot(tx, ty), np.hypot(dx, dy)
-            turns = np.unwrap(np.arctan2(ty, tx))
-            w = (turns[-1] - turns[0]) / (end - begin)
-            if not np.isfinite(w):
-                continue
-            if max(np.ptp(tx), np.ptp(ty)) == 0.0:
-                forms[:, k] = x[0], y[0], dx[0], dy[0], 0.0, 0.0, tx[0], ty[0], 0.0, 0.0, 0.0
-            else:
-                r = size[0] / w if w else 0.0
-                t = turns[0] - np.pi / 2.0
-                forms[:, k] = x[0] - r * np.cos(t), y[0] - r * np.sin(t), 0, 0, r, t, 0, 0, speed[0], turns[0], w
-            cx, cy, vx, vy, r, t, kx, ky, a, f, w = forms[:, k]
-            s = places - begin
-            there = [cx + vx * s + r * np.cos(t + w * s), cy + vy * s + r * np.sin(t + w * s)]
-            way = [kx + a * np.cos(f + w * s), ky + a * np.sin(f + w * s)]
-            extent = max(float(np.abs([x, y]).max()), LEAST_DIVISOR)
-            known[k] = (np.abs(np.array(there) - [x, y]).max() <= EDGE_IS_ARC * extent) & (
-                np.abs(np.array(way) - [tx, ty]).max() <= EDGE_IS_ARC * speed[0]
-            )
-        return forms, known
+        return forms_of(self._functions, self.breaks)
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""

@@ -8,142 +8,33 @@ Greiner and Hormann 1998, with curves for edges.)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cached_property
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.expressions import Expr, add, call, const, div, mul, neg, sub
-from movimentum.outlines.contour import PLACE, Contour, numeric, put_in, slope
+from movimentum.expressions import add, const, mul
+from movimentum.outlines.contour import Contour
+from movimentum.outlines.edges import Edge, broad, fine_points, moved_out
 from movimentum.outlines.facets import inside
 from movimentum.outlines.lines import polygon
 from movimentum.outlines.pieces import Smooth, assembled, at_piece
 from movimentum.outlines.shapes import circle
 from movimentum.tolerances import (
-    EDGE_IS_ARC,
     EDGES_CROSS_AT,
     EDGES_MEET,
     FLATTENED,
     LEAST_DIVISOR,
     OUTLINE_CLOSES,
-    OUTLINE_CORNER,
     PLACE_FOUND,
 )
 
-SAMPLED = 32
-"""Straight pieces that stand for an edge where crossings are looked for."""
 PROBES = np.array([0.5, 0.31, 0.73, 0.13, 0.87])
 """Where along an edge it is asked whether it is inside."""
 TINY = 8.0
 """Times as far as points that are one: edges that are no longer are left out."""
 STARTS = np.array([(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
 """Of two short pieces: from where their crossings are looked for."""
-
-
-PlaceValues: TypeAlias = Callable[[FloatArray], FloatArray]
-"""From places to (4, …): x, y and the velocity."""
-
-
-def _values(position: tuple[Expr, Expr], begin: float, end: float) -> tuple[PlaceValues, float | None]:
-    """The values of a piece, those of a line and of an arc by themselves, which is less work; and by how much (radians)
-    it turns as its parameter grows by 1: of a line 0, None if it is neither.
-    """
-    roots = numeric([*position, slope(position[0]), slope(position[1])])
-
-    def exact(place: FloatArray) -> FloatArray:
-        return np.stack(roots(place))
-
-    places = np.linspace(begin, end, 7)
-    x, y, dx, dy = exact(places)
-    speed, size = np.hypot(dx, dy), max(float(np.abs([x, y]).max()), LEAST_DIVISOR)
-    if np.ptp(dx) == 0.0 and np.ptp(dy) == 0.0:
-        px, py, vx, vy = float(x[0]), float(y[0]), float(dx[0]), float(dy[0])
-
-        def on_line(place: FloatArray) -> FloatArray:
-            way = place - begin
-            return np.stack([px + vx * way, py + vy * way, np.full_like(way, vx), np.full_like(way, vy)])
-
-        return on_line, 0.0
-    turns = np.unwrap(np.arctan2(dy, dx))
-    rate = (turns[-1] - turns[0]) / (end - begin)
-    if not rate or not speed[0]:
-        return exact, None
-    radius = speed[0] / rate
-    cx, cy = x[0] - radius * dy[0] / speed[0], y[0] + radius * dx[0] / speed[0]
-    first = turns[0] - np.pi / 2.0
-
-    def on_arc(place: FloatArray) -> FloatArray:
-        turn = first + rate * (place - begin)
-        c, s = radius * np.cos(turn), radius * np.sin(turn)
-        return np.stack([cx + c, cy + s, -rate * s, rate * c])
-
-    with np.errstate(all="ignore"):
-        off = np.abs(on_arc(places)[:2] - np.stack([x, y])).max()
-    return (on_arc, float(rate)) if off <= EDGE_IS_ARC * size else (exact, None)
-
-
-class Edge:
-    """A smooth piece of an outline, with what is solid on its left."""
-
-    def __init__(
-        self, position: tuple[Expr, Expr], begin: float, end: float, values: tuple[PlaceValues, float | None] | None = None
-    ) -> None:
-        self.position, self.begin, self.end = position, begin, end
-        self._values, self.rate = values or _values(position, begin, end)
-
-    def at(self, place: FloatArray) -> FloatArray:
-        """(4, …): x, y and the velocity by the parameter."""
-        return self._values(np.asarray(place, dtype=np.float64))
-
-    @cached_property
-    def ends(self) -> FloatArray:
-        """(2, 2): where it begins and ends."""
-        return self.at(np.array([self.begin, self.end]))[:2].T
-
-    @cached_property
-    def straight(self) -> bool:
-        """Whether it is a line."""
-        return self.rate == 0.0
-
-    @cached_property
-    def places(self) -> FloatArray:
-        """The ends of short pieces, `SAMPLED` of them; of a line its own."""
-        return np.linspace(self.begin, self.end, 2 if self.straight else SAMPLED + 1)
-
-    @cached_property
-    def points(self) -> FloatArray:
-        """(N, 2): the points there."""
-        return self.at(self.places)[:2].T
-
-    @cached_property
-    def rough(self) -> float:
-        """How far it is, at most, from the line through its points."""
-        if self.straight:
-            return 0.0
-        middle = self.at((self.places[:-1] + self.places[1:]) / 2.0)[:2].T
-        return 2.0 * float(np.hypot(*(middle - (self.points[:-1] + self.points[1:]) / 2.0).T).max())
-
-    def part(self, begin: float, end: float) -> Edge:
-        """From one place to another."""
-        return Edge(self.position, begin, end, (self._values, self.rate))
-
-    @property
-    def reverse(self) -> Edge:
-        """The other way round."""
-        x, y = (put_in(each, neg(PLACE)) for each in self.position)
-        return Edge((x, y), -self.end, -self.begin)
-
-    def direction(self, end: bool) -> FloatArray:
-        """Of its beginning or its end, beside it if it stands still there."""
-        off = 1e-7 * (self.end - self.begin)
-        places = np.array([self.end, self.end - off] if end else [self.begin, self.begin + off])
-        dx, dy = self.at(places)[2:]
-        size = np.hypot(dx, dy)
-        k = 0 if size[0] > OUTLINE_CORNER * size[1] else 1
-        return np.array([dx[k], dy[k]]) / max(float(size[k]), LEAST_DIVISOR)
 
 
 Region = list[list[Edge]]
@@ -174,11 +65,11 @@ def region_of(outline: Contour) -> Region | None:
             edges = edges[: len(edges) // 2]
         whole: Region = []
         for edge in edges:
-            whole = merged(whole, [_broad(edge, outline.reach)]) if whole else [_broad(edge, outline.reach)]
+            whole = merged(whole, [broad(edge, outline.reach)]) if whole else [broad(edge, outline.reach)]
         return whole
     if outline.side > 0.0:
         edges = [edge.reverse for edge in reversed(edges)]
-    return [edges if outline.reach == 0.0 else _moved_out(edges, outline.reach)]
+    return [edges if outline.reach == 0.0 else moved_out(edges, outline.reach)]
 
 
 def bulged(outline: Contour) -> list[tuple[float, float, float]]:
@@ -190,7 +81,7 @@ def bulged(outline: Contour) -> list[tuple[float, float, float]]:
     for edge in (region_of(outline) or [[]])[0]:
         turn = None if edge.rate is None else edge.rate * (edge.end - edge.begin)
         if turn is None:
-            found += [(float(x), float(y), 0.0) for x, y in _fine(edge)]
+            found += [(float(x), float(y), 0.0) for x, y in fine_points(edge)]
             continue
         parts = 1 + int(abs(turn) / math.pi)
         points = edge.at(np.linspace(edge.begin, edge.end, parts + 1))[:2].T[:-1]
@@ -216,46 +107,6 @@ def placed(region: Region, linear: tuple[float, float, float, float], at: tuple[
     if a * d - b * c > 0.0:
         return [[moved(edge) for edge in ring] for ring in region]
     return [[moved(edge).reverse for edge in reversed(ring)] for ring in region]
-
-
-def _offset(edge: Edge, by: float) -> Edge:
-    """What is ``by`` to the right of an edge."""
-    x, y = edge.position
-    dx, dy = slope(x), slope(y)
-    size = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
-    return Edge(
-        (add(x, mul(const(by), div(dy, size))), sub(y, mul(const(by), div(dx, size)))), edge.begin, edge.end
-    )
-
-
-def _round(centre: FloatArray, radius: float, begin: FloatArray, end: FloatArray) -> list[Edge]:
-    """The arc that joins what is to the right of two directions, counter-clockwise; nothing if it is none."""
-    first = math.degrees(math.atan2(-begin[0], begin[1]))
-    turn = math.degrees(math.atan2(begin[0] * end[1] - begin[1] * end[0], begin @ end))
-    turn = 180.0 if turn < -179.9999 else turn
-    if turn <= math.degrees(OUTLINE_CORNER):
-        return []
-    x, y = (mul(const(radius), call(op, PLACE)) for op in ("cosd", "sind"))
-    return [Edge((add(const(float(centre[0])), x), add(const(float(centre[1])), y)), first, first + turn)]
-
-
-def _broad(edge: Edge, reach: float) -> list[Edge]:
-    """An edge as a line of twice the ``reach``, round at its ends."""
-    back = edge.reverse
-    there, here = edge.direction(end=True), edge.direction(end=False)
-    return [
-        _offset(edge, reach), *_round(edge.ends[1], reach, there, -there),
-        _offset(back, reach), *_round(edge.ends[0], reach, -here, here),
-    ]  # fmt: skip
-
-
-def _moved_out(edges: list[Edge], reach: float) -> list[Edge]:
-    """A convex outline and everything within ``reach`` of it."""
-    found: list[Edge] = []
-    for k, edge in enumerate(edges):
-        after = edges[(k + 1) % len(edges)]
-        found += [_offset(edge, reach), *_round(edge.ends[1], reach, edge.direction(True), after.direction(False))]
-    return found
 
 
 # --- two as one
@@ -297,7 +148,9 @@ def _cut_up(one: Region, other: Region, near: float) -> list[Edge]:
     """The edges of ``one``, cut where they meet those of ``other``."""
     found: list[Edge] = []
     others = [edge for ring in other for edge in ring]
-    boxes = np.array([[*edge.points.min(axis=0) - edge.rough, *edge.points.max(axis=0) + edge.rough] for edge in others])
+    boxes = np.array(
+        [[*edge.points.min(axis=0) - edge.rough, *edge.points.max(axis=0) + edge.rough] for edge in others]
+    )
     for ring in one:
         for edge in ring:
             low, high = edge.points.min(axis=0) - edge.rough - near, edge.points.max(axis=0) + edge.rough + near
@@ -401,12 +254,12 @@ class _Inside:
     def __init__(self, region: Region, near: float) -> None:
         self.edges = [edge for ring in region for edge in ring]
         self.near = near
-        rings = [np.concatenate([_fine(edge) for edge in ring]) for ring in region]
+        rings = [np.concatenate([fine_points(edge) for edge in ring]) for ring in region]
         self.rings = rings
         self.rough = 4.0 * FLATTENED
 
     def judge(self, edge: Edge) -> str:
-        """ "inside", "outside", or that it lies "along" an edge in the same direction, or "against" it."""
+        """Whether it is "inside", "outside", or that it lies "along" an edge in the same direction, or "against" it."""
         places = edge.begin + (edge.end - edge.begin) * PROBES
         x, y, dx, dy = edge.at(places)
         points = np.stack([x, y], axis=-1)
@@ -443,21 +296,6 @@ class _Inside:
                 side = dx * (point[1] - y) - dy * (point[0] - x)
                 found = far, float(np.sign(side)), float(dx * way[0] + dy * way[1])
         return found
-
-
-def _fine(edge: Edge) -> FloatArray:
-    """Points, without the last, between which lines are nowhere farther from it than can be seen."""
-    if edge.straight:
-        return edge.points[:1]
-    count = SAMPLED
-    while count < 4096:
-        places = np.linspace(edge.begin, edge.end, count + 1)
-        points = edge.at(places)[:2].T
-        middle = edge.at((places[:-1] + places[1:]) / 2.0)[:2].T
-        if np.hypot(*(middle - (points[:-1] + points[1:]) / 2.0).T).max() <= FLATTENED:
-            break
-        count *= 2
-    return points[:-1]
 
 
 def _to_line(points: FloatArray, line: FloatArray) -> FloatArray:
@@ -503,7 +341,7 @@ def _rings(edges: list[Edge], near: float) -> Region:
 
 def _turn(before: FloatArray, after: FloatArray) -> float:
     turn = math.atan2(before[0] * after[1] - before[1] * after[0], float(before @ after))
-    return turn if turn < math.pi - 1e-6 else -turn
+    return turn if math.pi - turn > EDGES_CROSS_AT else -turn
 
 
 # --- to outlines
@@ -514,7 +352,7 @@ def outlines_of(region: Region) -> list[list[Contour]]:
     rings = [(ring, _area(ring)) for ring in region]
     outer = [ring for ring, area in rings if area > 0.0]
     found = [[_contour(ring)] for ring in outer]
-    polygons = [np.concatenate([_fine(edge) for edge in ring]) for ring in outer]
+    polygons = [np.concatenate([fine_points(edge) for edge in ring]) for ring in outer]
     areas = [_area(ring) for ring in outer]
     for ring, area in rings:
         if area > 0.0:
@@ -527,7 +365,7 @@ def outlines_of(region: Region) -> list[list[Contour]]:
 
 
 def _area(ring: list[Edge]) -> float:
-    x, y = np.concatenate([_fine(edge) for edge in ring]).T
+    x, y = np.concatenate([fine_points(edge) for edge in ring]).T
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2.0
 
 

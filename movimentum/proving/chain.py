@@ -30,6 +30,8 @@ from movimentum.solver.segment_motion import SegmentMotion
 
 MOST_LOWERING = 3_000_000
 """Products of terms that making a tower may take."""
+SPARE = 10
+"""Variables of a tower's ring that are left for claims."""
 
 
 @dataclass(slots=True, eq=False)
@@ -79,6 +81,8 @@ class Chain:
                 self._take(block)
         for each in wanted:
             _touch(self, each)
+        if not self.roomy:
+            raise Full
         self.tower.arrange()
         self.point = self.pose(self.motion, self.tau)
 
@@ -111,6 +115,11 @@ class Chain:
         """Whether a function of time was made a free parameter."""
         return self.lowering.loosened
 
+    @property
+    def roomy(self) -> bool:
+        """Whether there is room for what claims may add: directions, lengths."""
+        return self.size - self.tower.used >= SPARE
+
     def covers(self, wanted: Sequence[Expr]) -> bool:
         """Whether other expressions can be told by this chain; what they need is added."""
         try:
@@ -120,7 +129,7 @@ class Chain:
                 _touch(self, each)
         except (NotAlgebraic, Full):
             return False
-        return common_bases(self.lowering.requests) == self.bases
+        return self.roomy and common_bases(self.lowering.requests) == self.bases
 
     # --- what is needed
 

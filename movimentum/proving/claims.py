@@ -15,7 +15,7 @@ from movimentum.proving.film import lowered, state_at
 from movimentum.proving.lowering import Form, Lowering
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
-from movimentum.proving.tower import NotAlgebraic, Quotient, Root
+from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Root
 from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass
 from movimentum.solver.segment_motion import SegmentMotion
@@ -23,6 +23,10 @@ from movimentum.tolerances import FILM_POSE, NEARBY_POSITION
 
 CONSTANT_DENOMINATOR = 10**9
 """The largest denominator of a number that a length's square may be proved to be."""
+
+
+STEPS, MOST_CHANGE = 8, 2
+"""On the way to another position: how many steps, and by which factor a root may change in one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +96,7 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
             factor = math.lcm(*(share.denominator for source, share in form.items() if source is not None), 1)
             form = {source: share * factor for source, share in form.items()}
         cosine, _ = lowering.vector(form)
-    except NotAlgebraic:
+    except (NotAlgebraic, Full):
         return None
     difference = chain.tower.sub(cosine, chain.tower.number(1))
     return SidesApart(difference.top, None, (a, b), jumps)
@@ -233,15 +237,18 @@ def _zero_for_all_lengths(chain: Chain, p: Polynomial, most: int) -> bool:
 # --- other positions
 
 
-def moved(chain: Chain, number: int) -> TowerPoint | None:
-    """Another position of the mechanism on the same branch; None where there is none."""
+def moved(chain: Chain, number: int, share: float = 1.0) -> TowerPoint | None:
+    """Another position of the mechanism with the same signs of roots, or one this ``share`` of the way to it; None
+    where there is none.
+    """
     from random import Random
 
     chance = Random(7919 * number + 17)
     spread = (NEARBY_POSITION, 0.02, 0.2, 1.0)[number % 4]
 
     def elsewhere(value: float) -> float:
-        return value + chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
+        way = chance.uniform(-1.0, 1.0) * spread * max(abs(value), 1.0 if abs(value) < 1.0 else 60.0)
+        return value + share * way
 
     here = chain.point.drives
     drives = Drives(here.time, here.film, here.turns, here.given, elsewhere, constants=here.constants)
@@ -251,6 +258,24 @@ def moved(chain: Chain, number: int) -> TowerPoint | None:
     except NoBall:
         return None
     return point
+
+
+def reached(chain: Chain, number: int) -> bool:
+    """Whether another position (see `moved`) is on the pose's branch: on the way to it no root that tells two
+    assemblies apart comes near 0, where the sign would be that of another branch.
+    """
+    places = [root.place for root in chain.tower.roots if root.witness is not None]
+    before = chain.point
+    for k in range(1, STEPS + 1):
+        point = moved(chain, number, k / STEPS)
+        if point is None:
+            return False
+        for place in places:
+            a, b = abs(before.value(place)[0]), abs(point.value(place)[0])
+            if max(a, b) > MOST_CHANGE * min(a, b):
+                return False
+        before = point
+    return True
 
 
 def amount(point: TowerPoint, way: SidesApart) -> Ball | None:

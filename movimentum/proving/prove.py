@@ -10,7 +10,7 @@ from movimentum.proving.balls import NoBall
 from movimentum.proving.rings import TooMuch
 from movimentum.proving.step import ClaimInStep, anchors_of, sides_and_spots
 from movimentum.proving.stretches import Chains
-from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import MOST
 from movimentum.records import dataclass, field
@@ -70,7 +70,7 @@ class Prover:
         chains = self._kept.pop() if self._kept else Chains(self.accelerated, self.given)
         try:
             found = self._judged(held, chains)
-        except (NotAlgebraic, NoBall, TooMuch, RecursionError) as error:
+        except (NotAlgebraic, NoBall, TooMuch, Full, RecursionError) as error:
             found = Judgement(held, ProofVerdict.UNKNOWN, why=_reason(error))
         self._kept.append(chains)  # not where the work was ended: a chain may be half done
         return found
@@ -130,6 +130,8 @@ class Prover:
 def _reason(error: BaseException) -> str:
     if isinstance(error, NoBall):
         return "the film's poses are special ones: the mechanism is at a dead point, or two solutions meet"
+    if isinstance(error, Full):
+        return "it has too many lengths and angles"
     if isinstance(error, RecursionError):
         return "its expressions are too deep"
     return str(error) or "it takes too many products of terms"

@@ -9,11 +9,20 @@ from movimentum.expressions import Expr, symbol, symbols
 from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
 from movimentum.proving.chain import Chain
-from movimentum.proving.claims import SidesApart, amount, differences, moved, rests_on_lengths, told_apart, tried
+from movimentum.proving.claims import (
+    SidesApart,
+    amount,
+    differences,
+    moved,
+    reached,
+    rests_on_lengths,
+    told_apart,
+    tried,
+)
 from movimentum.proving.film import lowered
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.stretches import Chains, poses
-from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import Proof
 from movimentum.records import dataclass, field
@@ -197,14 +206,15 @@ class ClaimInStep:
 
     def _worst(self, chain: Chain, off: Callable[[TowerPoint], float]) -> tuple[TowerPoint, float] | None:
         """The worst of some other positions at which the claim is ``off`` by more than its tolerance."""
-        broken: list[tuple[TowerPoint, float]] = []
+        broken: list[tuple[float, int, TowerPoint]] = []
         for k in range(POSITIONS):
             point = moved(chain, k)
             if point is not None and (size := off(point)) > self._allowed:
-                broken.append((point, size))
+                broken.append((size, k, point))
                 if len(broken) == ENOUGH:
                     break
-        return max(broken, key=lambda one: one[1], default=None)
+        broken.sort(key=lambda one: -one[0])
+        return next(((point, size) for size, k, point in broken if reached(chain, k)), None)
 
     def _size(self, point: TowerPoint, ways: Sequence[Sequence[SidesApart]]) -> float:
         sizes = [abs(balls.as_float(found)) for component in ways if (found := amount(point, component[0])) is not None]
@@ -222,7 +232,7 @@ class ClaimInStep:
                     (node,) = lowered(self.motion, [coordinate(thing, anchor, axis)])
                     value = chain.lowering.value(node)
                     ball = balls.over(point.at(value.top), point.at(value.bottom))
-                except (NotAlgebraic, NoBall, KeyError):
+                except (NotAlgebraic, NoBall, Full, KeyError):
                     break
                 spot.append(balls.as_float(ball))
             if len(spot) == 2:

@@ -42,8 +42,8 @@ class CurveReader:
         self._folder, self._read_table, self._tables, self._findings = folder, read_table, tables, findings
 
     def border(self, definition: Definition, image: str, height: float | None, *, down: bool) -> Contour | None:
-        """The outline of a picture, in its pixels from its lower-left corner: that of `.outline`, or that of the element
-        which it is of a drawing; None if it has none, and after an error. ``down``: places are from the upper-left one.
+        """The outline of a picture, in its pixels from its lower-left corner: of `.outline`, or of the element which
+        it is of a drawing; None if it has none, and after an error. ``down``: places are from the upper-left one.
         """
         option = next((part for part in definition.parts if isinstance(part, Option) and part.name == "outline"), None)
         if option is None:

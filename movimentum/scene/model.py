@@ -1,8 +1,8 @@
 """The product of the scene stage: things, anchors and constraints, names and kinds resolved.
 
-Frame of reference: the world, in pixels, y up, origin at the canvas' lower-left corner. A thing's
-*local* frame is the world frame of its definition ("as drawn"): an unmoved, unturned thing has its
-local coordinates for world coordinates. Angles are in degrees, counter-clockwise.
+Frame of reference: the world, in pixels, y up, origin at the canvas' lower-left corner. A thing's *local* frame is the
+world frame of its definition ("as drawn"): an unmoved, unturned thing has its local coordinates for world coordinates.
+Angles are in degrees, counter-clockwise.
 """
 
 from __future__ import annotations
@@ -53,9 +53,7 @@ class ThingAngle:
 
 @dataclass(frozen=True, slots=True)
 class ThingProperty:
-    """``opacity`` (0 to 1), ``red``, ``green`` or ``blue`` (0 to 255), ``visible`` (1 or 0), ``layer`` or ``scale`` of
-    a thing.
-    """
+    """``opacity`` (0 to 1), ``red``, ``green``, ``blue`` (0 to 255), ``visible`` (1 or 0), ``layer`` or ``scale``."""
 
     thing: int
     name: str
@@ -97,8 +95,7 @@ class GearPair:
 class Anchor:
     """A named point of a thing, ``local`` (x, y) in its local frame (world pixels, y up).
 
-    ``stated`` has the same coordinates as constant expressions, which know how the script states them (0.3 + 1.1 is
-    1.4).
+    ``stated``: the same as constant expressions, which know how the script states them (0.3 + 1.1 is 1.4).
     """
 
     name: str
@@ -267,12 +264,10 @@ class Constraint:
 @dataclass(frozen=True, slots=True)
 class Claim:
     """An expected result, ``left RELATION right`` to within ``tolerance``; it has no influence on the motion. Or what a
-    fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes.
-
-    Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
-    bare ``_`` is not claimed and left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a
-    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved. ``of_gaps``: it
-    depends on outlines, which may pass each other between frames.
+    fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes. Laid out as
+    `Constraint` (``number`` counts claims only; the relation is never a wish); what a bare ``_`` leaves open is left
+    out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a default by the scene's size.
+    ``told``: the text of each side. ``always``: to be proved. ``of_gaps``: it is about outlines.
     """
 
     number: int
@@ -293,7 +288,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated (or claimed, for a ``purpose``) under the key."""
+    """``lhs = _;`` (or ``<``, ``>``, ``~``): ends what was stated (claimed, for a ``purpose``) under the key."""
 
     step: int
     relation: Relation
@@ -343,18 +338,13 @@ class Scene:
     mentioned: dict[int, int] = field(default_factory=dict[int, int])
     """thing number -> number of the first step that mentions it (absent: no step does)."""
     constants: tuple[NamedConstant, ...] = ()
-    settings: tuple[tuple[str, str | Expr], ...] = ()
-    """Constants that were set from outside: (name, expression)."""
-    loop: Span | None = None
-    """Where the script says that the film begins again at its end (``.loop;``)."""
+    settings: tuple[tuple[str, str | Expr], ...] = ()  # constants that were set from outside: (name, expression)
+    loop: Span | None = None  # where the script says that the film begins again at its end (``.loop;``)
     joints: Mapping[int, frozenset[int]] = field(default_factory=dict[int, "frozenset[int]"])
     """Thing number -> the numbers of its anchors that equations join to others, or that are fixed."""
-    skeletons: tuple[int, ...] = ()
-    """The numbers of the things that show others as a kinematic diagram."""
-    grounds: tuple[AnchorRef, ...] = ()
-    """Fixed anchors that are drawn with a support although the script does not say so."""
-    elements: Elements = field(default_factory=Elements)
-    """The elements of drawings that anchors are named after."""
+    skeletons: tuple[int, ...] = ()  # things that show others as a kinematic diagram
+    grounds: tuple[AnchorRef, ...] = ()  # fixed anchors drawn with a support although the script does not say so
+    elements: Elements = field(default_factory=Elements)  # of drawings, that anchors are named after
     tables: Tables = field(default_factory=Tables)
     """The tables that it reads of files."""
     views: tuple[CameraView, ...] = ()  # what the camera shows, by time
@@ -392,7 +382,7 @@ class Scene:
         return bool(self.views) or any(live)
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """All constraints, by number."""
+        """All constraints."""
         return tuple(item for step in self.steps for item in step.statements if isinstance(item, Constraint))
 
 

@@ -190,7 +190,7 @@ def _body(number: int, definition: Definition, assets: Assets, findings: Finding
             findings.error("body/shape", message, definition.name_span, helps=helps)
             continue
         shapes.append((rings, member.anchors[0].local, each.minus))
-        if joined((shapes[-1][:2] + (False,),)) is None:
+        if joined(((*shapes[-1][:2], False),)) is None:
             title = f"state how broad `{member.name}` is: `.width(8)`"
             helps_ = (insertion(title, each.definition.span.end - 1, " .width(8)"),)
             message = f"`{member.name}` is only a line, and a shape of a body has an area"

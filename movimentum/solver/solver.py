@@ -20,8 +20,9 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import Known, plans_of_this_process, scene_key, segment_key
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.resumption import Branch, first_beginning, times_after
-from movimentum.solver.start.search import StillRefused, select
+from movimentum.solver.start.late import StillRefused, first_beginning
+from movimentum.solver.start.resumption import Branch, times_after
+from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import (

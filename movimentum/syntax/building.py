@@ -33,7 +33,6 @@ from movimentum.syntax.expression_tree import (
     Negate,
     Number,
     Operator,
-    Piecewise,
     Sum,
     Vector,
 )
@@ -193,8 +192,7 @@ class Builder(ValueBuilder):
         word, head, _, *rest = pieces[:-1]
         terms: list[Piece] = []
         for before, piece in zip(["+", *rest], rest, strict=False):
-            minus = isinstance(before, Token) and str(before) == "-"
-            if isinstance(piece, Points) and minus:
+            if isinstance(piece, Points) and isinstance(before, Token) and str(before) == "-":
                 terms.append(replace(piece, minus=before.span))
             elif isinstance(piece, Points | Option):
                 terms.append(piece)
@@ -225,15 +223,6 @@ class Builder(ValueBuilder):
         word, thing = pieces
         inside = Name(str(thing), span=thing.span)
         return Option("clip", (inside,), span=span_of(pieces), name_span=word.span)
-
-    def condition(self, pieces: Sequence[Piece]) -> InParentheses:
-        """``a < b``, which is 1 where it is true and else 0; or a number that says so itself."""
-        if len(pieces) == 1:
-            return InParentheses(bare(pieces[0]), span_of(pieces))
-        left, comparison, right = pieces
-        yes, no = (Number(Decimal(value), span=comparison.span) for value in (1, 0))
-        sides = (bare(left),), (Comparison(comparison),), (bare(right),)
-        return InParentheses(Piecewise(*sides, (yes, no), span=span_of(pieces)), span_of(pieces))
 
     def pen(self, pieces: Sequence[Piece]) -> Option:
         """``.while(conditions)``."""

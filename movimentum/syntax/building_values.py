@@ -214,6 +214,15 @@ class ValueBuilder:
             span=span_of(pieces),
         )
 
+    def condition(self, pieces: Sequence[Piece]) -> InParentheses:
+        """``a < b``, which is 1 where it is true and else 0; or a number that says so itself."""
+        if len(pieces) == 1:
+            return InParentheses(bare(pieces[0]), span_of(pieces))
+        left, comparison, right = pieces
+        yes, no = (Number(Decimal(value), span=comparison.span) for value in (1, 0))
+        sides = (bare(left),), (Comparison(comparison),), (bare(right),)
+        return InParentheses(Piecewise(*sides, (yes, no), span=span_of(pieces)), span_of(pieces))
+
     def power(self, pieces: Sequence[Piece]) -> Expression:
         """``base^exponent``."""
         base, _, exponent = pieces

@@ -56,6 +56,7 @@ from movimentum.text import unraised
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
 from movimentum.vector.letters import lettering
+from movimentum.vector.spelling import css, matrix, nine_digits
 
 
 def page_document(film: Film) -> Iterator[str]:
@@ -144,7 +145,7 @@ class FilmData:
             "title": film.title,
             "width": view.width,
             "height": view.height,
-            "toImage": _matrix(place),
+            "toImage": matrix(place),
             "background": None if background is None else css(background),
             "paper": css(PAPER),
             "traceWidth": TRACE_WIDTH,
@@ -260,7 +261,7 @@ class FilmData:
                 assert image is not None
                 x, y = self.film.bodies[mark.body].pivot
                 place = Affine(1.0, 0.0, -x, 0.0, 1.0, -y) @ self._pictures[image].to_local
-                return {"kind": "image", **paint, "image": image, "matrix": _matrix(place)}
+                return {"kind": "image", **paint, "image": image, "matrix": matrix(place)}
 
     def _part(self, part: FigurePart, place: Callable[[Point], Point]) -> dict[str, Any]:
         """A part of a figure."""
@@ -304,7 +305,7 @@ class FilmData:
         for text in numbers:
             letters = lettering(text, height, align, italic)
             place = Affine(1.0, 0.0, start[0], 0.0, 1.0, start[1]) @ letters.place
-            found.append({"text": unraised(text), "path": letters.path, "matrix": _matrix(place)})
+            found.append({"text": unraised(text), "path": letters.path, "matrix": matrix(place)})
         which = np.array([numbers[text] for text in words], dtype=np.float64)
         return {"texts": found, "which": self.number(which)}
 
@@ -386,25 +387,3 @@ def _line(points: Sequence[Point], width: float, arrow: bool) -> dict[str, Any]:
     shaft, head = parts if parts is not None else (points, None)
     shown = {"points": [[nine_digits(x), nine_digits(y)] for x, y in shaft], "width": width}
     return shown if head is None else {**shown, "head": [[nine_digits(x), nine_digits(y)] for x, y in head]}
-
-
-def _matrix(place: Affine) -> list[float]:
-    """As a canvas takes it: by columns."""
-    return [nine_digits(value) for value in (place.a, place.d, place.b, place.e, place.c, place.f)]
-
-
-def nine_digits(value: Any) -> Any:
-    """A number with nine digits, which is more than the poses have; whole ones without a point. (A living figure's
-    stays what it is.)
-    """
-    if not isinstance(value, float | int):
-        return value
-    if -1e9 < value < 1e9 and (whole := int(value)) == value:
-        return whole
-    rounded = float(f"{value:.9g}")
-    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
-
-
-def css(color: tuple[int, int, int]) -> str:
-    """A colour as style sheets write it."""
-    return "#" + "".join(f"{value:02x}" for value in color)

@@ -14,22 +14,10 @@ from movimentum.source import SourceText
 from movimentum.studio.pictures import whole_film
 from movimentum.workflow.engine import Engine, Revision
 from tests.engine.edits import edited
+from tests.engine.families import dyads
 from tests.engine.test_engine import FREE, STEPS, answer
 
 COUNT = 12
-
-
-def rows_of_dyads(count: int) -> str:
-    """Slider-cranks side by side, which have nothing to do with each other."""
-    things = [
-        f"C{n} : .bar A=[{80 * n},0] B=[{80 * n + 10},0];  R{n} : .bar B=[{80 * n + 10},0] D=[{80 * n + 50},0];"
-        for n in range(count)
-    ]
-    stated = [
-        f"C{n}.A = [{80 * n},0];  C{n}.angle = {60 + n}*.t;  R{n}.B = C{n}.B;  R{n}.D = [_, 0];  R{n}.D.x > {80 * n};"
-        for n in range(count)
-    ]
-    return "\n".join([".config(10);", *things, "@0", *stated, "@1", ""])
 
 
 STAGES: dict[str, Callable[[Revision], Any]] = {
@@ -50,7 +38,7 @@ def test_every_stage_looks_for_each_thing_whether_anybody_still_waits(stage: str
         looks += 1
         return False
 
-    revision = Engine().revise(SourceText("x.mov", rows_of_dyads(COUNT)))
+    revision = Engine().revise(SourceText("x.mov", dyads(COUNT)))
     with np.errstate(all="ignore"):
         for name, work in STAGES.items():
             if name == stage:
@@ -61,7 +49,14 @@ def test_every_stage_looks_for_each_thing_whether_anybody_still_waits(stage: str
     assert looks >= 2 * COUNT  # as many as there are things
 
 
-@pytest.mark.parametrize("text", [STEPS, FREE, rows_of_dyads(2)], ids=["steps", "free", "dyads"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param(STEPS, id="steps"),
+        pytest.param(FREE, id="free", marks=pytest.mark.slow),
+        pytest.param(dyads(2), id="dyads"),
+    ],
+)
 def test_what_was_given_up_anywhere_does_not_change_the_next_answer(text: str) -> None:
     chance = random.Random(5)
     engine = Engine()

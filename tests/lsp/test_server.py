@@ -15,6 +15,7 @@ pytest.importorskip("pygls", reason="no pygls: pip install '.[lsp]'")
 
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse
+from tests.broad import broad
 from tests.command import CRANK, ROOT, movimentum
 from tests.lsp.client import Client
 
@@ -103,7 +104,7 @@ def test_positions_are_in_utf_16(client: Client) -> None:
     assert fault["severity"] == 1
 
 
-@pytest.mark.parametrize("script", GALLERY, ids=lambda path: path.stem)
+@broad("script", GALLERY, every=4, ids=lambda path: path.stem)
 def test_the_gallery(script: Path, shared: Client) -> None:
     text, where = script.read_text(encoding="utf-8"), uri(script)
     shared.open(where, text)

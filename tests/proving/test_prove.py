@@ -182,6 +182,21 @@ def test_exit_codes_and_always(tmp_path, claim, verdict, code):
     assert movimentum("fmt", "--check", "rod.mov", cwd=tmp_path).returncode in (0, 1)
 
 
+def test_claims_that_need_more_variables_than_are_left():
+    """Claims about the same bars share one tower, whose room is limited."""
+    (*_, last) = judged("""
+.let a = 137; .let b = 140; .let k = 1.5;
+OA : .bar O = [60,70] B = O + [a,0] A = O + [k*a,0]; AQ : .bar A = [0,0] C = A + [(k-1)*b,0] Q = A + [k*b,0];
+BP : .bar B = [0,0] P = B + [b,0]; CP : .bar C = [0,0] P = C + [a,0];
+@0 OA.O = [60,70]; BP.P = [200,130] + [32, 0].r(69*.t); BP.B = OA.B; .across(OA.B, [60,70], BP.P) > 0;
+   AQ.A = OA.A; CP.P = BP.P; CP.C = AQ.C; .across(AQ.C, BP.P, OA.A) < 0;
+   .claim AQ.Q - OA.O = (BP.P - OA.O)*k .within(1000); .claim AQ.C - OA.B = BP.P - OA.B + (OA.A - OA.B) .within(1000);
+@2
+""")
+    assert last.verdict in (ProofVerdict.UNKNOWN, ProofVerdict.IN_FILM)
+    assert "variables" not in last.why
+
+
 def test_whole_turns_count():
     text = BAR.format(claim=".claim Rod.angle = 60*.t + 360;")
     motion = moved(arranged(understand(SourceText("rod.mov", text)), Choices()))

@@ -259,7 +259,7 @@ FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(7, marks=pytest.mark.slow)])
-@broad("path", [path for path in GALLERY if path.stem not in FREE], every=5, ids=lambda path: path.stem)
+@broad("path", [path for path in GALLERY if path.stem not in FREE], every=9, ids=lambda path: path.stem)
 def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch):
     monkeypatch.chdir(ROOT)
     choices = Choices()

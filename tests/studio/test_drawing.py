@@ -234,9 +234,11 @@ def test_several_parts_are_selected_moved_aligned_copied_mirrored_and_deleted(op
     both()
     state = done(tab, tab.testid("arrange-level").click)
     assert state["anchors"]["B.P"] == [200, 150]
+    assert tab.until("s.selection.length > 0")["selection"] == ["A", "B"]  # what was selected stays selected
     both()
     state = done(tab, tab.testid("arrange-copy").click)
     assert state["anchors"]["A2.P"] == [140, 130]
+    assert tab.until("s.selection.length > 0")["selection"] == ["A2", "B2"]  # the copies are what one goes on with
     both()
     state = done(tab, tab.testid("arrange-mirror").click)
     assert len(state["anchors"]) == 7

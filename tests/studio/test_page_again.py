@@ -86,10 +86,10 @@ def test_another_text_never_waits_for_a_film_that_is_being_made(tmp_path: Path, 
     try:
         worker.typed(TextTyped(1, FOUR_BAR.replace(".config(25", ".config(20000"), 1.9))
         time.sleep(pause)
-        begun = time.monotonic()
+        made = any(each.rev == 1 and not each.glimpse for each in said)  # by a fast machine
         worker.typed(TextTyped(2, FOUR_BAR, 0.0))
-        wait_for(lambda: any(each.rev == 2 for each in said))
-        assert time.monotonic() - begun < 1.0
+        wait_for(lambda: any(each.rev == 2 and not each.glimpse for each in said), 60.0)
+        assert made or not any(each.rev == 1 and not each.glimpse for each in said), "it was finished first"
     finally:
         worker.close()
 

@@ -39,7 +39,7 @@ def test_every_kind_says_what_it_is_and_is_drawn(kind: ThingKind) -> None:
     assert (kind.word in SYMBOLS) == (follows or (kind.valued > 0 and kind.word != "inset") or about)
     fields = getattr(kind.own, "__slots__", ())
     said = {rule.key for each in KINDS.values() if each.own is kind.own for rule in (*each.options, *each.arguments)}
-    assert set(fields) - {"image", "image_size", "radii", "outline"} <= said, (
+    assert set(fields) - {"image", "image_size", "radii", "outline", "pieces"} <= said, (
         "what only such kinds have, a definition can say"
     )
 

@@ -52,7 +52,7 @@ def in_parts(job: SweepJob, generator: np.random.Generator) -> list[bytes]:
 @pytest.mark.parametrize(
     ("text", "names", "low", "high", "count"),
     [
-        (FOUR_BAR, ("R", "L"), [20.0, 90.0], [60.0, 160.0], 150),
+        pytest.param(FOUR_BAR, ("R", "L"), [20.0, 90.0], [60.0, 160.0], 150, marks=pytest.mark.slow),
         (FOUR_BAR, ("R",), [20.0], [60.0], 40),
         (LOOP, ("W", "H"), [-20.0, -20.0], [20.0, 20.0], 6),
         pytest.param(LOOP, ("W", "H"), [-20.0, -20.0], [20.0, 20.0], 48, marks=pytest.mark.slow),

@@ -65,7 +65,9 @@ def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
     for one, other in permutations((scene.things[number] for number in numbers), 2):
         roller, curve = outline_of(one), outline_of(other)
         if isinstance(roller, Circle) and isinstance(curve, Contour) and (least := hollow(curve)) < roller.radius:
-            message = f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
+            message = (
+                f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
+            )
             told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
             return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
     return None

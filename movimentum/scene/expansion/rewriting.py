@@ -258,7 +258,7 @@ class Rewriter:
         if last is None:
             return None
         if isinstance(operand, Name) and operand.name not in self.things:
-            guess = self.findings.nearest(operand.name, [each for each in scope.owner.entries])
+            guess = self.findings.nearest(operand.name, list(scope.owner.entries))
             helps = (replacement(f"did you mean `{guess}`?", operand.span, guess),) if guess else ()
             message = f"there are no things called `{operand.name}`"
             self.findings.error("name/unknown-thing", message, operand.span, helps=helps)

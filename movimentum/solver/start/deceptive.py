@@ -19,7 +19,7 @@ from movimentum.planning.structure.decompose import Group
 from movimentum.solver.basis.memory import remembered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
-from movimentum.solver.start.pins import pinned, rigid_motion
+from movimentum.solver.start.placement import pinned, rigid_motion
 from movimentum.tolerances import LOOP_CLOSED
 
 LARGEST = 700

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from fractions import Fraction
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
-from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field, replace
-from movimentum.solver.basis.effort import GivenUp, is_limited, limited
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
@@ -22,13 +19,10 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
 from movimentum.solver.continuation.folds import fold_near
-from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.kinds.newton import probe_of
-from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.leading import led
 from movimentum.tolerances import (
     BARELY_REGULAR,
@@ -345,65 +339,3 @@ def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     rest = times[MOST_TIMES:]
     every = -(-len(rest) // MOST_TIMES)
     return np.append(times[:MOST_TIMES], rest[(len(rest) - 1) % every :: every])  # the end is one of them
-
-
-LATE, LATE_NEWTON = 64, 16
-"""Times of a segment at which a first solution is looked for, where there is none to begin with."""
-LARGEST_LATE = 16
-"""Unknowns of a block that is solved by Newton's method; for larger ones every look costs too much."""
-LATE_EFFORT = 6_000
-"""Linearizations that looking for a first solution may take, some seconds; then none is found."""
-
-
-def first_beginning(
-    plan: Plan,
-    start: Fraction,
-    length: float,
-    refused: Selection,
-    chosen: Callable[[float], Selection],
-    still_refused: Callable[[float], bool],
-) -> tuple[float, float, Selection] | None:
-    """The first time of a segment at which there is a solution, where there is none to begin with, the time at or just
-    after it from which a path can be followed, and what is ``chosen`` there. Nothing has to be chosen where something
-    is ``still_refused`` (see `search.StillRefused`).
-
-    None where none is found, not with as much work as `LATE_EFFORT`, or nothing that moves is in the way.
-    """
-    try:
-        with limited(LATE_EFFORT // 4 if is_limited() else LATE_EFFORT):  # a trial is worth less
-            return _first_beginning(plan, start, length, refused, chosen, still_refused)
-    except GivenUp:
-        return None
-
-
-def _first_beginning(
-    plan: Plan,
-    start: Fraction,
-    length: float,
-    refused: Selection,
-    chosen: Callable[[float], Selection],
-    still_refused: Callable[[float], bool],
-) -> tuple[float, float, Selection] | None:
-    blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
-    if length <= 0.0 or not any(block.moving for block in blocks):
-        return None
-    newton_blocks = [block for block in blocks if block.iterative]
-    if any(len(block.core) > LARGEST_LATE for block in newton_blocks):
-        return None
-    bad = 0.0
-    for good in map(float, np.linspace(0.0, length, (LATE_NEWTON if newton_blocks else LATE) + 1)[1:]):
-        selection = None if still_refused(good) else chosen(good)
-        if selection is None or selection.choices is None:
-            bad = good
-            continue
-        piece = instant(plan, start, good, selection.choices)
-        branch = Branch.of(piece, good)
-        if any(rejection.pole for rejection in refused.rejections):
-            branch.within = FAR * plan.size
-        begin, choices = branch.onset(bad, good, selection.choices)
-        there = selection if newton_blocks else chosen(begin)
-        if there.choices is not None and not newton_blocks:
-            return begin, begin, there
-        clear, choices = branch.clear_of(begin, length, choices)
-        return begin, clear, replace(selection, choices=choices)
-    return None

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.arrays import first_of
-from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, field, replace
@@ -79,7 +78,7 @@ def select(
     ``totals``: integrals so far, by unknown number. ``doubt`` is asked whether what was turned down can be met at
     all: where nothing was found after some work, and where nothing was found at the end.
     """
-    search = _Search(plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals)
+    search = Search(plan, at_offsets(plan.clocks, segment_start, np.array([tau, tau + ahead])), carry, ahead, totals)
     search.doubt = doubt
     with np.errstate(all="ignore"):
         found = search.run()
@@ -126,52 +125,9 @@ class _Level:
     solved: bool = False
 
 
-class StillRefused:
-    """Whether a plan has no solution at other offsets either, for the same reason: only what has to do with what was
-    ``refused`` is searched, not the rest of the scene.
-    """
+class Search:
+    """Looks for solutions of a plan at two instants, block by block; see `select`."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        segment_start: Fraction,
-        ahead: float,
-        carry: Carry,
-        totals: dict[int, float],
-        refused: Selection,
-    ) -> None:
-        self._start = segment_start
-        self._ahead = ahead
-        self._search = _Search(plan, self._instants(plan, 0.0), carry, ahead, totals)
-        about = {number for part in refused.parts[-1:] for number in part.blocks if number >= 0}
-        self._only = _connected(plan, about)
-
-    def __call__(self, tau: float) -> bool:
-        """Whether there is none at offset ``tau``; False does not say that there is one."""
-        search = self._search
-        search.begin_at(self._instants(search.plan, tau))
-        with np.errstate(all="ignore"):
-            return search.run(self._only).choices is None
-
-    def _instants(self, plan: Plan, tau: float) -> Instants:
-        return at_offsets(plan.clocks, self._start, np.array([tau, tau + self._ahead]))
-
-
-def _connected(plan: Plan, numbers: Iterable[int]) -> frozenset[int]:
-    """The blocks that equations, inequalities and wishes connect with the blocks ``numbers``, however far."""
-    system = plan.system
-    read = [e.unknowns for e in system.equations]
-    read += [symbol_numbers(selector.value) for selector in system.selectors]
-    read += [symbol_numbers(*wish.errors) for wish in system.wishes]
-    read += [block.unknowns for block in plan.blocks]
-    links = [(first, n) for some in read for first, *others in [sorted(some)] if some for n in others]
-    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
-    wanted = {n for number in numbers for n in plan.blocks[number].unknowns}
-    together = (group for group in groups(len(system.unknowns), links) if not wanted.isdisjoint(group))
-    return frozenset(owner[n] for group in together for n in group if n in owner)
-
-
-class _Search:
     def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
         self.plan = plan
         self.instants = instants

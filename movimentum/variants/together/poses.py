@@ -14,8 +14,7 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.solver.basis.body_pose import DRAWN, BodyPose, solved_pose
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.start.pins import Pin, pins_of, rigid_motions
-from movimentum.solver.start.placement import connected_parts
+from movimentum.solver.start.placement import Pin, connected_parts, pins_of, rigid_motions
 from movimentum.tolerances import PART_FITS
 from movimentum.variants.together.pattern import Pattern, SegmentPattern, numbered
 

@@ -30,6 +30,9 @@ import {Steps} from "./steps.js";
 import {splitter} from "./layout.js";
 import {byId} from "./dom.js";
 
+/* Tools that change or copy what is selected. */
+const TO_SELECTION = ["align", "copy", "mirror", "move"];
+
 class App {
   constructor() {
     this.rev = 0;
@@ -41,6 +44,7 @@ class App {
     this.begun = false;
     this.pressed = 0;
     this.finished = false;
+    this.kept = null; // what is selected again with the next picture
     this.selection = []; // [{thing, anchor, name, at}], what is selected last comes last
     this.stage = new Stage(byId("stage"));
     this.clock = new Clock(byId("player"), {shown: (frame) => { this.stage.seek(frame); this.plots.draw(); this.claims.mark(); this.faces.show(); }, settled: () => { this.look(); this.spoken.soon(); }});
@@ -258,6 +262,17 @@ class App {
     }
     this.faces.show();
     if (!early) this.stage.lit = new Set();
+    if (!early && rev === this.rev) this.selectAgain();
+  }
+
+  /* After a tool has changed or copied what is selected, that stays selected; of copies, the new ones are. */
+  selectAgain() {
+    const {kept, stage} = this;
+    this.kept = null;
+    if (!kept || this.spansRev !== this.rev) return;
+    const hits = stage.scene.things.map(({name}, thing) => ({thing, anchor: null, name, at: null})).filter(({thing}) => !stage.scene.things[thing].hidden);
+    const made = hits.filter(({name}) => !kept.before.has(name));
+    this.choose(made.length ? made : hits.filter(({name}) => kept.names.includes(name)));
   }
 
   /* What is free at the time on show? */
@@ -337,8 +352,11 @@ class App {
     const {offsets} = this;
     const changes = edits.map((edit) => ({from: offsets.unit(edit.from), to: offsets.unit(edit.to), text: edit.text}));
     this.steps.next = this.using ? `Tool: ${this.using}` : "";
+    const kept = TO_SELECTION.includes(this.using) && this.selection.length > 1 && this.stage.scene
+      ? {names: this.selection.map(({thing}) => this.stage.scene.things[thing].name), before: new Set(this.stage.scene.things.map(({name}) => name))} : null;
     this.using = "";
     this.editor.apply(changes);
+    this.kept = kept;
     if (select.length) this.editor.select(this.offsets.span(select));
   }
 
