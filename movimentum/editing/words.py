@@ -130,6 +130,7 @@ OPTION_HELP: dict[str, tuple[str, str]] = {
     "points": (".points('lobe.csv')", "The points of a curve, from a file."),
     "in": (".cut Roller .in Shaft", "The thing that is cut, and that the profile moves with."),
     "outer": (".outer", "Of a cut, the edge that is farthest from the thing's first anchor."),
+    "outline": (".outline([x, y], …)", "What a picture touches others with; of an SVG also `.outline('#id')`."),
     "open": (".open", "The curve does not return to its beginning."),
     "over": (".over(…)", "What it is drawn, or read, over."),
     "moving": (".moving", "In the thing that moves."),

@@ -105,7 +105,7 @@ def test_names_of_the_gallery_are_those_of_the_scene(path) -> None:
     scene = understand(SourceText(str(path), text), Choices())
     known = {use.symbol.name for use in uses if use.symbol is not None}
     assert {part.split("[")[0] for thing in scene.things for part in thing.name.split(".")} <= known
-    assert {anchor.name for thing in scene.things for anchor in thing.anchors} <= known
+    assert {anchor.name.split("[")[0] for thing in scene.things for anchor in thing.anchors} <= known
     assert set(scene.variables) <= known
     assert marks(shown, str(path))
     assert folds(shown.outline(str(path)))
