@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise, takewhile
+from itertools import accumulate, pairwise, takewhile
 
 from movimentum.editing.lexemes import Lexeme, lexemes
 from movimentum.records import dataclass, field
@@ -11,14 +11,15 @@ from movimentum.source import Span
 
 DEEPEST = 60
 """Blocks deeper than that have no outline."""
-_BEGINNINGS = (".let", ".part", ".for", ".config", ".include", ".claim", ".goal", ".require")
+_BEGINNINGS = (".let", ".part", ".body", ".for", ".config", ".include", ".claim", ".goal", ".require")
 
 
 @dataclass(eq=False)
 class Symbol:
     """Something with a name. ``kind``: thing, copy, anchor, constant, part, parameter, index or variable. ``word``: the
     kind of a thing, or the part of a copy. ``span``: of the name, in the file ``path``; ``whole``: of its definition.
-    ``members``: the anchors of a thing. ``body``: of a part. ``note``: the comment behind the definition.
+    ``members``: the anchors of a thing. ``shapes``: what a body is made of. ``body``: of a part. ``note``: the comment
+    behind the definition.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Symbol:
     whole: Span
     word: str = ""
     members: dict[str, Symbol] = field(default_factory=dict[str, "Symbol"])
+    shapes: list[str] = field(default_factory=list[str])
     body: NameScope | None = None
     note: str = ""
     many: bool = False
@@ -243,10 +245,12 @@ class _OutlineReader:
             if piece.text == ";" and depth <= 0:
                 break
         first = self.pieces[begin]
-        kind = {".let": "constant", ".include": "include"}.get(first.text, "statement")
+        kind = {".let": "constant", ".include": "include", ".body": "thing"}.get(first.text, "statement")
         item = self.finish(kind, scope, begin)
         if head:
             self.head(item)
+        elif kind == "thing":
+            self.joined(item)
         elif kind == "constant" and len(item.pieces) > 1 and item.pieces[1].kind == "name":
             item.symbol = self.define(item, item.pieces[1], "constant", scope)
         elif kind == "include" and len(item.pieces) > 1 and item.pieces[1].kind == "string":
@@ -259,24 +263,9 @@ class _OutlineReader:
         shape = rest[0] if rest else None
         copied = shape is not None and shape.kind == "name"
         item.kind = "copy" if copied else "thing"
-        many = any(piece.text == "[" for piece in item.pieces[1:colon])
-        home = item.scope
-        while home.kind == "loop" and home.above is not None:
-            home = home.above  # what a loop defines has indices, and is known behind it
-        known = home.names.get(item.pieces[0].text)
-        if many and known is not None and known.many:  # `Spoke[k][1]` and `Spoke[k][2]` have one name
-            symbol = item.symbol = item.defining[item.pieces[0].start] = known
-        else:
-            symbol = item.symbol = self.define(item, item.pieces[0], item.kind, home)
-        symbol.many = many
+        symbol = self.named(item, 0, colon)
         if shape is not None:
             symbol.word = "sprite" if shape.kind == "string" else shape.text.lstrip(".")
-        for number in range(1, colon - 2):
-            inside = item.pieces[number : number + 3]
-            if inside[0].text == "[" and inside[1].kind == "name" and inside[2].text == "=":
-                item.defining[inside[1].start] = Symbol(
-                    inside[1].text, "index", self.path, Span(inside[1].start, inside[1].end), symbol.whole
-                )
         depth = 0
         for piece, following in pairwise([*rest, None]):
             if piece is None:
@@ -287,6 +276,36 @@ class _OutlineReader:
                 anchor = Symbol(piece.text, "anchor", self.path, span, symbol.whole, symbol.name)
                 symbol.members.setdefault(piece.text, anchor)
                 item.defining[piece.start] = symbol.members[piece.text]
+
+    def joined(self, item: OutlineItem) -> None:
+        """``.body Name = …``."""
+        depths = list(accumulate((piece.text in ("(", "[")) - (piece.text in (")", "]")) for piece in item.pieces))
+        equals = next((n for n, piece in enumerate(item.pieces) if piece.text == "=" and depths[n] == 0), 0)
+        if equals < 2 or item.pieces[1].kind != "name":
+            return
+        symbol = self.named(item, 1, equals)
+        symbol.word = "body"
+        rest = zip(item.pieces[equals + 1 :], depths[equals + 1 :], strict=True)
+        symbol.shapes = [piece.text for piece, depth in rest if piece.kind == "name" and depth == 0]
+
+    def named(self, item: OutlineItem, first: int, end: int) -> Symbol:
+        """What an item defines, with the indices behind its name: its pieces from ``first`` to ``end``."""
+        piece, behind = item.pieces[first], item.pieces[first + 1 : end]
+        home = item.scope
+        while home.kind == "loop" and home.above is not None:
+            home = home.above  # what a loop defines has indices, and is known behind it
+        many = any(each.text == "[" for each in behind)
+        known = home.names.get(piece.text)
+        if many and known is not None and known.many:  # `Spoke[k][1]` and `Spoke[k][2]` have one name
+            symbol = item.symbol = item.defining[piece.start] = known
+        else:
+            symbol = item.symbol = self.define(item, piece, item.kind, home)
+        symbol.many = many
+        for bracket, index, equals in zip(behind, behind[1:], behind[2:], strict=False):
+            if bracket.text == "[" and index.kind == "name" and equals.text == "=":
+                span = Span(index.start, index.end)
+                item.defining[index.start] = Symbol(index.text, "index", self.path, span, symbol.whole)
+        return symbol
 
     def define(self, item: OutlineItem, piece: Lexeme, kind: str, scope: NameScope) -> Symbol:
         symbol = Symbol(piece.text, kind, self.path, Span(piece.start, piece.end), Span(item.start, item.end))

@@ -113,7 +113,18 @@ class Project:
             body = part.body if part is not None and part.kind == "part" else None
             inner = {} if body is None else body.names
             return {name: each for name, each in inner.items() if each.kind in ("thing", "copy", "variable")}
-        return symbol.members if symbol.kind == "thing" else {}
+        return self._anchors(symbol) if symbol.kind == "thing" else {}
+
+    def _anchors(self, symbol: Symbol) -> dict[str, Symbol]:
+        """The anchors of a thing; those of a body are its first shape's, and the others' behind their names."""
+        file = self.outline(symbol.path)
+        if not symbol.shapes or file is None:
+            return symbol.members
+        scope = file.scope_at(symbol.span.start)
+        shapes = {name: self.lookup(symbol.path, scope, name) for name in symbol.shapes}
+        found = {name: each for name, each in shapes.items() if each is not None and each.kind in ("thing", "copy")}
+        first = shapes[symbol.shapes[0]]
+        return found | (self.members(first) if first is not None and not first.shapes else {})
 
     # --- uses
 

@@ -104,8 +104,8 @@ def test_names_of_the_gallery_are_those_of_the_scene(path) -> None:
     assert [use.piece.text for use in uses if use.symbol is None and use.owner is None] == []
     scene = understand(SourceText(str(path), text), Choices())
     known = {use.symbol.name for use in uses if use.symbol is not None}
-    assert {part.split("[")[0] for thing in scene.things for part in thing.name.split(".")} <= known
-    assert {anchor.name.split("[")[0] for thing in scene.things for anchor in thing.anchors} <= known
+    names = [thing.name for thing in scene.things] + [anchor.name for thing in scene.things for anchor in thing.anchors]
+    assert {part.split("[")[0] for name in names for part in name.split(".")} <= known
     assert set(scene.variables) <= known
     assert marks(shown, str(path))
     assert folds(shown.outline(str(path)))
