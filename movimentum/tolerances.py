@@ -936,3 +936,27 @@ MARGIN_KNOWN = 1e-3
 
 NEAREST_BOUND = 1e-12
 """Of the scene's size: how near to a bound that must not be reached its largest value is looked for."""
+
+# --- what pushes
+
+PUSH_FEASIBLE = 1e-13
+"""The square of how small a push may be against what is wanted of it: below that, nothing satisfies all inequalities.
+"""
+PUSH_HOLDS = 1e-9
+"""Of the largest demand on a push: what is smaller is rounding."""
+PUSH_MOVES = 1e-7
+"""Of the fastest motion: a contact that opens more slowly than that is closed."""
+PUSH_RESTS = 1e-13
+"""Of the fastest motion: what is slower than that is rounding."""
+PUSH_DAMPING = 1e-3
+"""Of a wish's own gradient: a direction in which what pushes leaves no more of it is followed the less."""
+PUSH_UNSEEN = 1e-9
+"""Of a wish's own gradient: what is less of it in the directions that are free is rounding."""
+PUSH_CLOSED = 1e-11
+"""Of the scene's size: outlines, and values, that are no farther apart touch."""
+PUSH_EVENT = 1e-10
+"""Of a step: how closely the time of an event is found."""
+PUSH_GUESS = 1e-4
+"""Of the unknowns' scale: how far what lies between two points of a path may be off where contacts determine it."""
+PUSH_OVERLAP = 1e-7
+"""Of the scene's size: things that begin with a deeper overlap begin inside each other."""

@@ -22,7 +22,7 @@ from movimentum.scene.shown import CameraView, Piece
 from movimentum.scene.tables import Tables
 from movimentum.scene.themes import Theme
 from movimentum.source import SourceText, Span
-from movimentum.syntax.tree import Purpose
+from movimentum.syntax.tree import Purpose, Toward
 from movimentum.things.kind import Look, Own, ThingKind
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sprite import SpriteImage
@@ -238,6 +238,14 @@ class Relation(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class GapSide:
+    """One side of a gap that pushes: the outline of thing number ``thing``, or only its anchor ``anchor``."""
+
+    thing: int
+    anchor: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Constraint:
     """``left RELATION right``, componentwise: one expression each for a scalar, two for a vector.
 
@@ -246,7 +254,9 @@ class Constraint:
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
     ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
     gears or a belt, whose leaves the timeline has replaced. ``touches``: it is an equation whose places of contact are
-    followed.
+    followed. ``pushes``: an inequality that moves what is free, and does not only select; ``gaps``: the pairs, if
+    it is about the gap of these. ``toward`` and ``weakness``: where a wish draws, and how far it is below others (0: it
+    is like any other; 1 and more: `.weak`).
     """
 
     number: int
@@ -262,6 +272,15 @@ class Constraint:
     speed: float | None = None
     paired: bool = False
     touches: bool = False
+    pushes: bool = False
+    gaps: tuple[tuple[GapSide, GapSide], ...] = ()
+    toward: Toward = Toward.VALUE
+    weakness: int = 0
+
+    @property
+    def is_pull(self) -> bool:
+        """Whether it is a wish below the others, which draws and never says where a path begins."""
+        return self.toward is not Toward.VALUE or self.weakness > 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,9 @@ from movimentum.expressions import Expr, add, mul
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
+from movimentum.outlines.skin import Skin
 from movimentum.records import dataclass
+from movimentum.syntax.tree import Toward
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -225,6 +227,72 @@ class Free(Newton):
         return True
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class GapRow:
+    """Two outlines that must not overlap: ``push`` is the place of their inequality among those of the block."""
+
+    push: int
+    first: Body
+    second: Body
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A thing with its ``skin``, in its frame: the numbers of the unknowns of its pose (x, y, cosine, sine), or the
+    values ``still`` where it has none.
+    """
+
+    thing: int
+    skin: Skin
+    numbers: tuple[int | None, int | None, int | None, int | None]
+    still: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PushRows:
+    """The inequalities that push a block: compiled ``values`` (``count`` of them), and their derivatives ``slopes`` at
+    ``entries`` (inequality, core unknown). ``numbers``: of their constraints.
+
+    Those in ``gaps`` are about outlines: what is added to each distance. Those in ``rates`` say how fast the value must
+    grow at least; ``wanted``: compiled; that rate, 0 for others.
+    """
+
+    count: int
+    values: Compiled
+    slopes: Compiled
+    entries: tuple[tuple[int, int], ...]
+    numbers: tuple[int, ...]
+    gaps: tuple[GapRow, ...]
+    rates: frozenset[int]
+    wanted: Compiled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PullRows:
+    """The wishes below others that draw a block, level by level: compiled ``values`` (``count`` of them), their
+    derivatives ``slopes`` at ``entries`` (value, core unknown).
+
+    ``wishes``: for each its level, its values from a first to an end (not included), where it draws, whether it is an
+    angle, its speed (inf: none), and the number of its constraint.
+    """
+
+    count: int
+    values: Compiled
+    slopes: Compiled
+    entries: tuple[tuple[int, int], ...]
+    wishes: tuple[tuple[int, int, int, Toward, bool, float, int], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Pushing(Free):
+    """Equations that leave freedom, in which inequalities push: the motion is the least that both allow, and the
+    wishes, the higher ones first.
+    """
+
+    pushes: PushRows
+    pulls: PullRows
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Winding(BlockBase):
     """A continuous angle from a direction. ``direction``: compiled; (sine, cosine)."""
@@ -297,7 +365,7 @@ class Velocity(BlockBase):
     order: int
 
 
-Block = Assign | Linear | Quadratic | Newton | Free | Winding | Integral | Ode | Velocity
+Block = Assign | Linear | Quadratic | Newton | Free | Pushing | Winding | Integral | Ode | Velocity
 """A group of equations, made ready to be solved."""
 
 

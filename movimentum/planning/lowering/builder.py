@@ -6,7 +6,7 @@ where that is equivalent.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 
 from movimentum.expressions import (
     ONE,
@@ -27,7 +27,7 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import differentiate
-from movimentum.planning.lowering.equations import Equation, Form, Inequality, Wish
+from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
 from movimentum.planning.lowering.unknowns import (
@@ -55,6 +55,7 @@ from movimentum.scene.model import (
     VariableComponent,
 )
 from movimentum.scene.names import symbol_name
+from movimentum.syntax.tree import Toward
 from movimentum.timeline.model import Segment
 
 Forms = Callable[[Constraint, Expr], Polynomial | None]
@@ -81,6 +82,8 @@ class SystemBuilder:
         self.equations: list[Equation] = []
         self.selectors: list[Inequality] = []
         self.wishes: list[Wish] = []
+        self.pushes: list[Push] = []
+        self.pulls: list[Pull] = []
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
@@ -309,6 +312,10 @@ class SystemBuilder:
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
             self._face_contacts(constraint)
+        if constraint.pushes:
+            self._push(constraint)
+            self.constraint = None
+            return
         pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
         match constraint.relation:
             case Relation.EQUAL:
@@ -322,6 +329,8 @@ class SystemBuilder:
                 self.selectors.append(
                     Inequality(self._difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
+            case Relation.WISH if constraint.is_pull:
+                self._pull(constraint, pairs)
             case Relation.WISH:
                 errors = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
                 about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
@@ -329,6 +338,47 @@ class SystemBuilder:
             case Relation.LARGEST | Relation.SMALLEST:
                 raise AssertionError("only goals are largest or smallest")
         self.constraint = None
+
+    def _push(self, constraint: Constraint) -> None:
+        """An inequality that pushes. The gap of things frees nothing: those that nothing else states stay."""
+        (left,), (right,), number = constraint.left, constraint.right, constraint.number
+        above = constraint.relation is Relation.ABOVE
+        if constraint.gaps:
+            there = [
+                pair for pair in constraint.gaps if all(self._is_there(side.thing) for side in pair)
+            ]
+            margin = self.lower(right)
+            parts = {kind(side.thing) for pair in there for side in pair for kind in (PoseX, PoseY, PoseCos, PoseSin)}
+            reads = {self.number_of[part] for part in parts if part in self.number_of} | symbol_numbers(margin)
+            self.pushes.append(Push(neg(margin), number, frozenset(reads), pairs=tuple(there)))
+            return
+        if left.op == "derivative":
+            value, rate = self.lower(left.args[0]), self.lower(right)
+            value, rate = (value, rate) if above else (neg(value), neg(rate))
+            self.pushes.append(Push(value, number, frozenset(symbol_numbers(value)), rate=rate))
+            return
+        sides = self.lower(left), self.lower(right)
+        value = self._difference(*(sides if above else sides[::-1]))
+        self.pushes.append(Push(value, number, frozenset(symbol_numbers(value))))
+
+    def _is_there(self, thing: int) -> bool:
+        """Whether a thing has appeared: there all along, or since some step until now."""
+        return self.scene.mentioned.get(thing, 0) <= self.segment.step
+
+    def _pull(self, constraint: Constraint, pairs: Sequence[tuple[Expr, Expr]]) -> None:
+        """A wish for the least, for the most, to stay, or below others."""
+        toward = constraint.toward
+        if toward is Toward.VALUE:
+            values = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
+        else:
+            values = tuple(neg(a) if toward is Toward.MOST else a for a, _ in pairs)
+        about = symbol_numbers(*(left for left, _ in pairs))
+        turns = all(isinstance(self.unknowns[n].payload, ThingAngle | Bearing) for n in about)
+        self.pulls.append(
+            Pull(
+                values, constraint.number, frozenset(about), toward, constraint.weakness, turns, constraint.speed
+            )
+        )
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
         """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""

@@ -1,0 +1,198 @@
+"""How things move that are pushed: of all velocities that the equations and the inequalities that touch allow, those
+that follow the wishes; of these, those that follow the wishes below them, level by level; and of these the least.
+
+The unknowns' velocities are measured in the block's metric: v = W y, with W' M W = 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.arrays import FloatArray
+from movimentum.planning.structure.metric import Metric
+from movimentum.records import dataclass
+from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
+from movimentum.solver.pushing.programs import Rows, shortest
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_DAMPING, PUSH_MOVES, PUSH_RESTS, PUSH_UNSEEN, RANK_OF_ROWS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Level:
+    """Wishes of one rank: their ``slopes`` (p, n), and how fast their values should change (p,) by the block's motion.
+    """
+
+    slopes: FloatArray
+    want: FloatArray
+    damping: Damping
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instant:
+    """A block at an instant: the rows J v = ``want`` (m, n), the ``pull`` (n,) of what is known (see `Metric.pull`), the
+    ``levels`` of its wishes, the higher ones first, and the k inequalities ``pushes`` (k, n) v >= ``least`` (k,).
+    """
+
+    metric: Metric
+    rows: FloatArray
+    want: FloatArray
+    pull: FloatArray | None
+    levels: Sequence[Level]
+    pushes: FloatArray
+    least: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moved:
+    """A velocity ``v`` (n,), how fast each inequality opens (k,), and which of them ``holds`` it. ``tolerance``: slower
+    is not moving. Where no velocity is allowed, ``v`` is None, and those that hold are the ones that jam.
+    """
+
+    v: FloatArray | None
+    opening: FloatArray
+    holds: Rows
+    tolerance: float
+
+
+class Linear:
+    """An instant in the whitened unknowns: everything that is asked of it."""
+
+    def __init__(self, now: Instant, held: Rows) -> None:
+        """``held``: the inequalities that are kept as equations."""
+        self.now = now
+        self.white, self.scale = now.metric.whitening
+        rows = np.concatenate([now.rows, now.pushes[held]])
+        want = np.concatenate([now.want, now.least[held]])
+        wide, lengths = scaled((rows @ self.white)[None], np.ones(len(self.scale)))
+        self.finite = bool(np.isfinite(wide).all() and np.isfinite(want).all())
+        _, self.free, self.inverse = null_space(wide[0])
+        y = self.inverse @ (np.nan_to_num(want) / lengths[0])
+        self.still = np.zeros_like(y) if now.pull is None else self.white.T @ now.pull
+        self.least = y - self.free @ (self.free.T @ self.still)
+        self.pushes = now.pushes @ self.white
+
+    def followed(self) -> FloatArray:
+        """The y (n,) that follows the wishes level by level, whatever the inequalities say that are not held."""
+        y, free = self.least, self.free
+        for level in self.now.levels:
+            if not free.shape[1]:
+                break
+            slopes = level.slopes @ self.white
+            along = slopes @ free
+            missing = level.want - slopes @ y
+            moves = self.white @ (free @ along.T)
+            gradients = level.slopes * np.where(self.now.metric.weighted, self.scale, 0.0)
+            reach = np.asarray(along @ along.T, dtype=np.float64)
+            change = damped(reach, missing, level.damping, moves / self.scale[:, None], gradients)
+            y = y + free @ (along.T @ change)
+            free = free @ _indifferent(along, slopes)
+        return y
+
+    def lexicographic(self, guess: Rows | None) -> tuple[FloatArray | None, Rows]:
+        """The y (n,) that follows the wishes level by level as far as the inequalities let it, and those that hold it;
+        None, and those that contradict each other, where there is none.
+        """
+        now = self.now
+        y, free = self.least, self.free
+        holding: list[Rows] = []
+        first = shortest(self.pushes @ free, now.least - self.pushes @ y, guess)
+        if first.y is None:
+            return None, first.holding
+        place = first.y  # in the free directions
+        for level in now.levels:
+            if not free.shape[1]:
+                break
+            slopes = level.slopes @ self.white
+            along = slopes @ free
+            missing = level.want - slopes @ y
+            strongest = float(np.max(np.linalg.norm(slopes, axis=1), initial=0.0))
+            if not float(np.max(np.abs(along), initial=0.0)) > PUSH_UNSEEN * strongest:
+                continue
+            reach = np.asarray(along @ along.T, dtype=np.float64)
+            target = along @ (along.T @ damped(reach, missing, level.damping))
+            soft = PUSH_DAMPING * strongest
+            # |along p - target|^2 + soft^2 |p|^2 least: the shortest vector again, about the unhindered place
+            hessian = np.asarray(along.T @ along, dtype=np.float64) + soft * soft * np.eye(free.shape[1])
+            root = np.asarray(np.linalg.cholesky(hessian), dtype=np.float64)
+            centre = np.asarray(np.linalg.solve(hessian, along.T @ target), dtype=np.float64)
+            there = self.pushes @ free
+            back = np.asarray(np.linalg.solve(root, there.T), dtype=np.float64).T
+            found = shortest(back, now.least - self.pushes @ y - there @ centre)
+            if found.y is None:
+                break
+            holding.append(found.holding)
+            place = centre + np.asarray(np.linalg.solve(root.T, found.y), dtype=np.float64)
+            left = _indifferent(along, slopes)
+            y = y + free @ (place - left @ (left.T @ place))
+            place = left.T @ place
+            free = free @ left
+        found = shortest(self.pushes @ free, now.least - self.pushes @ y, guess)
+        if found.y is not None:
+            place = found.y
+            holding.append(found.holding)
+        y = y + free @ place
+        return y, np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *holding])).astype(np.intp)
+
+
+def _indifferent(along: FloatArray, slopes: FloatArray) -> FloatArray:
+    """The free directions (n, k) that values do not see: ``along`` are their ``slopes`` in these."""
+    lengths = np.linalg.norm(along, axis=1)
+    seen = lengths > PUSH_UNSEEN * np.linalg.norm(slopes, axis=1)
+    return null_space(along[seen] / lengths[seen, None], RANK_OF_ROWS)[1]
+
+
+def held(now: Instant, which: Rows) -> FloatArray:
+    """The velocity (n,) with the inequalities ``which`` kept as equations, and no others."""
+    linear = Linear(now, which)
+    if not linear.finite:
+        return np.full(len(linear.scale), np.nan)
+    return without_rounding(linear.white @ linear.followed(), linear.scale)
+
+
+def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
+    """``v`` (n,) without what rounding makes of a zero beside what is large: what nothing moves stays."""
+    size = np.abs(v) / scale
+    return np.where(size > PUSH_RESTS * float(np.max(size, initial=0.0)), v, 0.0)
+
+
+def moved(now: Instant, guess: Rows | None = None) -> Moved:
+    """The velocity that all inequalities allow; ``guess``: which of them may hold it."""
+    none = np.zeros(0, dtype=np.intp)
+    free = Linear(now, none)
+    size = len(free.scale)
+    if not free.finite:
+        return Moved(np.full(size, np.nan), np.full(len(now.least), np.nan), none, 0.0)
+    lengths = np.linalg.norm(free.pushes, axis=1)
+
+    def judged(y: FloatArray) -> tuple[FloatArray, float]:
+        speed = max(float(np.linalg.norm(y)), float(np.max(np.abs(now.least) / np.maximum(lengths, LEAST_DIVISOR), initial=0.0)))
+        opening = (free.pushes @ y - now.least) / np.maximum(lengths, LEAST_DIVISOR)
+        return opening, PUSH_MOVES * max(speed, LEAST_DIVISOR)
+
+    y = free.followed()
+    opening, tolerance = judged(y)
+    if not len(opening) or float(np.min(opening)) >= -tolerance:
+        return Moved(free.white @ y, opening, none, tolerance)
+    found, holding = free.lexicographic(guess)
+    if found is None:
+        return Moved(None, opening, holding, tolerance)
+    again = Linear(now, holding).followed()
+    opening, tolerance = judged(again)
+    if float(np.min(opening)) >= -tolerance and np.linalg.norm(again - found) <= 0.1 * max(float(np.linalg.norm(found)), tolerance):
+        return Moved(free.white @ again, opening, holding, tolerance)
+    opening, tolerance = judged(found)
+    return Moved(free.white @ found, opening, holding, tolerance)
+
+
+def openings(now: Instant, v: FloatArray) -> FloatArray:
+    """How fast each inequality opens (k,), in the metric's units, with a velocity ``v`` (n,)."""
+    white, _ = now.metric.whitening
+    lengths = np.linalg.norm(now.pushes @ white, axis=1)
+    return (now.pushes @ v - now.least) / np.maximum(lengths, LEAST_DIVISOR)
+
+
+def stopped(holds: NDArray[np.intp], opening: FloatArray, tolerance: float) -> Rows:
+    """Those that hold, and those that do not open."""
+    return np.union1d(holds, np.nonzero(opening <= tolerance)[0]).astype(np.intp)
