@@ -131,7 +131,7 @@ def _knob_bowl(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
 
 # --- curves
 
-_Ahead = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+_Ahead = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def flattened(bends: tuple[Bends, ...]) -> Iterator[tuple[int, Bends]]:
@@ -155,31 +155,37 @@ def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArra
     return Touch(value, along, fan, point, normal)
 
 
-def _root(bend: Bends, k: IntArray, ahead: Callable[[FloatArray], FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Where ``ahead`` (of the contour's values (8, M)) changes its sign on bends ``k``, and by how much it does so at
-    least: what is negative says that it does not.
+def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where ``ahead`` (of the contour's values (8, M); with its derivative by the parameter) changes its sign on bends
+    ``k``; by how much it does so at least: what is negative says that it does not; and the contour's values there.
     """
-    low, high = bend.first[k].copy(), bend.last[k].copy()
+    low, high = bend.first[k], bend.last[k]
     inner = high if not bend.contour.closed else np.nextafter(high, low)
-    at_low, at_high = ahead(bend.contour.values(low)), ahead(bend.contour.values(inner))
+    ends = bend.contour.values(np.concatenate([low, inner]))
+    (at_low, _), (at_high, _) = ahead(ends[:, : len(k)]), ahead(ends[:, len(k) :])
     sign = np.where(at_low >= at_high, 1.0, -1.0)
     slack = np.minimum(sign * at_low, -sign * at_high)
-    a, b, fa, fb = low, high, sign * at_low, sign * at_high
-    place = a + (b - a) * np.clip(fa / np.where(fa - fb > 0.0, fa - fb, 1.0), 0.0, 1.0)
     good = slack >= 0.0
-    if good.any():
-        for _ in range(100):
-            value = sign * ahead(bend.contour.values(place))
-            a, fa = np.where(value > 0.0, place, a), np.where(value > 0.0, value, 0.5 * fa)
-            b, fb = np.where(value > 0.0, b, place), np.where(value > 0.0, 0.5 * fb, value)
-            # the Illinois method
-            new = a + (b - a) * np.clip(fa / np.where(fa - fb > 0.0, fa - fb, 1.0), 1e-3, 1.0 - 1e-3)
-            exact = value == 0.0
-            done = exact | (np.abs(new - place) <= 4e-16 * np.maximum(np.abs(place), 1.0)) | ~good
-            place = np.where(exact, place, new)
-            if done.all() or (np.abs(b - a)[good] <= PLACE_FOUND * 1e-3 * bend.contour.period).all():
-                break
-    return np.where(good, place, np.where(np.abs(at_low) < np.abs(at_high), low, inner)), slack
+    fall = sign * (at_low - at_high)
+    place = low + (high - low) * np.clip(sign * at_low / np.where(fall > 0.0, fall, 1.0), 0.0, 1.0)
+    place = np.where(good, place, np.where(np.abs(at_low) < np.abs(at_high), low, inner))
+    at = bend.contour.values(place)
+    if not good.any():
+        return place, slack, at
+    a, b = low, high
+    for _ in range(60):  # Newton's method, between the ends
+        value, rate = ahead(at)
+        a, b = np.where(sign * value > 0.0, place, a), np.where(sign * value > 0.0, b, place)
+        with np.errstate(all="ignore"):
+            new = place - value / rate
+        new = np.where((new >= a) & (new <= b), new, 0.5 * (a + b))
+        new = np.where(good & (value != 0.0), new, place)
+        moved = np.abs(new - place)
+        place = new
+        at = bend.contour.values(place)
+        if (moved <= PLACE_FOUND * bend.contour.period).all():
+            break
+    return place, slack, at
 
 
 def _bent(bend: Bends, at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -201,11 +207,15 @@ def _knob_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
         wx, wy = _moved(mine, knob[:, 0], knob[:, 1])
         x, y = _inside(their, wx, wy)
 
-        def ahead(at: FloatArray) -> FloatArray:
-            return ((x - at[0]) * at[2] + (y - at[1]) * at[3]) / np.hypot(at[2], at[3])
+        def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+            px, py, tx, ty, dx, dy, rx, ry = at
+            size = np.hypot(tx, ty)
+            along = (x - px) * tx + (y - py) * ty
+            return along / size, ((x - px) * rx + (y - py) * ry - dx * tx - dy * ty) / size - along * (
+                tx * rx + ty * ry
+            ) / size**3
 
-        place, slack = _root(bend, k, ahead)
-        at = bend.contour.values(place)
+        _, slack, at = _root(bend, k, ahead)
         px, py, nx, ny = _bent(bend, at)
         value = nx * (x - px) + ny * (y - py) - knob[:, 2] - other.reach
         c, s = their[2:]
@@ -224,11 +234,13 @@ def _edge_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
         tx, ty = (qx - px) / length, (qy - py) / length
         ex, ey = ty, -tx
 
-        def ahead(at: FloatArray) -> FloatArray:
-            return (ex * at[2] + ey * at[3]) / np.hypot(at[2], at[3])
+        def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+            tx, ty, rx, ry = at[2], at[3], at[6], at[7]
+            size = np.hypot(tx, ty)
+            along = ex * tx + ey * ty
+            return along / size, (ex * rx + ey * ry) / size - along * (tx * rx + ty * ry) / size**3
 
-        place, slack = _root(bend, k, ahead)
-        at = bend.contour.values(place)
+        _, slack, at = _root(bend, k, ahead)
         x, y, nx, ny = _bent(bend, at)
         value = ex * (x - px) + ey * (y - py) - one.reach - other.reach
         s = tx * (x - px) + ty * (y - py)
@@ -247,11 +259,15 @@ def _bowl_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
         bowl, mine, their = one.bowls[i[places]], _some(pose, places), _some(there, places)
         cx, cy = _inside(their, *_moved(mine, bowl[:, 0], bowl[:, 1]))
 
-        def ahead(at: FloatArray) -> FloatArray:
-            return ((at[0] - cx) * at[2] + (at[1] - cy) * at[3]) / np.hypot(at[2], at[3])
+        def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+            px, py, tx, ty, dx, dy, rx, ry = at
+            size = np.hypot(tx, ty)
+            along = (px - cx) * tx + (py - cy) * ty
+            return along / size, ((px - cx) * rx + (py - cy) * ry + dx * tx + dy * ty) / size - along * (
+                tx * rx + ty * ry
+            ) / size**3
 
-        place, slack = _root(bend, k, ahead)
-        at = bend.contour.values(place)
+        _, slack, at = _root(bend, k, ahead)
         x, y, nx, ny = _bent(bend, at)
         far = np.hypot(x - cx, y - cy)
         ux, uy = (x - cx) / np.maximum(far, LEAST_DIVISOR), (y - cy) / np.maximum(far, LEAST_DIVISOR)

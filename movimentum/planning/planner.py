@@ -89,7 +89,7 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)
     system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
-    system = rewritten_pushes(system, hanging)
+    system = rewritten_pushes(system, hanging, moved)
     clocks = Clocks()
     blocks: list[Block] = []
     moving: set[int] = set()

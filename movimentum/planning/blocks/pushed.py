@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import Any
 
@@ -26,8 +26,10 @@ from movimentum.things.kinds.sprite import SpriteImage
 _POSE = (PoseX, PoseY, PoseCos, PoseSin)
 
 
-def rewritten_pushes(system: System, hanging: Mapping[Expr, Expr]) -> System:
-    """``system`` with its pushes and pulls about what moves, and not about what is ``hanging`` from that."""
+def rewritten_pushes(system: System, hanging: Mapping[Expr, Expr], moved: Callable[[Expr], Expr]) -> System:
+    """``system`` with its pushes and pulls about what moves, and not about what is ``hanging`` from that; ``moved``: an
+    expression in what draws anchors, directions instead of angles.
+    """
     memo = dict(hanging)
 
     def plain(expr: Expr) -> Expr:
@@ -45,7 +47,8 @@ def rewritten_pushes(system: System, hanging: Mapping[Expr, Expr]) -> System:
         replace(
             pull,
             values=tuple(map(plain, pull.values)),
-            about=frozenset(symbol_numbers(*(plain(symbol(n)) for n in pull.about))),
+            about=frozenset(symbol_numbers(*(moved(symbol(n)) for n in pull.about))),
+            drawn=tuple(map(moved, pull.values)),
         )
         for pull in system.pulls
     ]
@@ -115,7 +118,7 @@ def read_by(group: Group, system: System) -> set[int]:
 
 
 def _drawn(pull: Pull) -> set[int]:
-    return symbol_numbers(*pull.values)
+    return symbol_numbers(*pull.values, *pull.drawn)
 
 
 def _loose(groups: Sequence[Group], depends: Sequence[set[int]]) -> set[int]:
@@ -168,7 +171,7 @@ def pushed(block: Block, system: System, clocks: Clocks, moving: set[int], size:
     drawn = _pull_rows(pulls, block, clocks)
     metric = metric_of(system, block.core, lambda t: _points(system, t, size))
     said = [push.value for push in pushes] + [push.rate for push in pushes if push.rate is not None]
-    said += [value for pull in pulls for value in pull.values]
+    said += [value for pull in pulls for value in (*pull.values, *pull.drawn)]
     reads = symbol_numbers(*said) | {n for gap in rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None}
     known = (reads | set(metric.coupled)) - members
     changes = any(node_timed(root) for root in said) or bool(known & moving) or bool(pulls) or bool(rows.rates)
@@ -217,7 +220,7 @@ def _pull_rows(pulls: Sequence[Pull], block: Free, clocks: Clocks) -> PullRows:
     first = 0
     for pull in pulls:
         stop = first + len(pull.values)
-        own, their = slopes_of(pull.values, block.core)
+        own, their = slopes_of(pull.drawn, block.core)
         for (i, j), slope in zip(own, their, strict=True):
             if block.core[j] in pull.about:
                 entries.append((first + i, j))

@@ -56,6 +56,7 @@ from movimentum.scene.model import (
 )
 from movimentum.scene.names import symbol_name
 from movimentum.syntax.tree import Toward
+from movimentum.things.kinds.disc import Round
 from movimentum.timeline.model import Segment
 
 Forms = Callable[[Constraint, Expr], Polynomial | None]
@@ -347,6 +348,10 @@ class SystemBuilder:
             there = [
                 pair for pair in constraint.gaps if all(self._is_there(side.thing) for side in pair)
             ]
+            for side in (side for pair in there for side in pair if side.thing in self.frames):
+                if not isinstance(self.scene.things[side.thing].own, Round):
+                    for kind in (PoseCos, PoseSin):
+                        self.pose(side.thing, kind)  # an outline is seen to turn, where anchors are not
             margin = self.lower(right)
             parts = {kind(side.thing) for pair in there for side in pair for kind in (PoseX, PoseY, PoseCos, PoseSin)}
             reads = {self.number_of[part] for part in parts if part in self.number_of} | symbol_numbers(margin)

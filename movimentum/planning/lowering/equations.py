@@ -132,7 +132,8 @@ class Push:
 @dataclass(frozen=True, slots=True)
 class Pull:
     """A wish below all others: ``values`` are to become zero, small, large or to stay, as ``toward`` says. ``weakness``:
-    see `scene.model.Constraint`. ``turns``: they are angles. ``about`` and ``speed``: see `Wish`.
+    see `scene.model.Constraint`. ``turns``: they are angles. ``about`` and ``speed``: see `Wish`. ``drawn``: the values
+    in what moves anchors (see `planning.blocks.wishes`).
     """
 
     values: tuple[Expr, ...]
@@ -142,6 +143,7 @@ class Pull:
     weakness: int
     turns: bool
     speed: float | None = None
+    drawn: tuple[Expr, ...] = ()
 
     @property
     def level(self) -> tuple[int, int, int]:

@@ -167,6 +167,13 @@ class Contacts:
             for number, value in zip(body.numbers, body.still, strict=True)
         )
 
+    def poses(self, body: Body, there: Values, count: int) -> list[tuple[float, ...]]:
+        """Where a side of a gap is at ``count`` instants."""
+        parts = [
+            value if number is None else there[number] for number, value in zip(body.numbers, body.still, strict=True)
+        ]
+        return list(zip(*(np.broadcast_to(part, count).tolist() for part in parts), strict=True))
+
     # --- outlines
 
     @cached_property

@@ -16,7 +16,7 @@ from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, shortest
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_DAMPING, PUSH_MOVES, PUSH_RESTS, PUSH_UNSEEN, RANK_OF_ROWS
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_DAMPING, PUSH_HOLDS, PUSH_MOVES, PUSH_RESTS, PUSH_UNSEEN, RANK_OF_ROWS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +72,7 @@ class Linear:
         self.still = np.zeros_like(y) if now.pull is None else self.white.T @ now.pull
         self.least = y - self.free @ (self.free.T @ self.still)
         self.pushes = now.pushes @ self.white
+        self.reference = np.linalg.norm(self.pushes, axis=1)
 
     def followed(self) -> FloatArray:
         """The y (n,) that follows the wishes level by level, whatever the inequalities say that are not held."""
@@ -80,7 +81,7 @@ class Linear:
             if not free.shape[1]:
                 break
             slopes = level.slopes @ self.white
-            along = slopes @ free
+            along = _seen(slopes @ free, slopes)
             missing = level.want - slopes @ y
             moves = self.white @ (free @ along.T)
             gradients = level.slopes * np.where(self.now.metric.weighted, self.scale, 0.0)
@@ -96,20 +97,28 @@ class Linear:
         """
         now = self.now
         y, free = self.least, self.free
-        holding: list[Rows] = []
-        first = shortest(self.pushes @ free, now.least - self.pushes @ y, guess)
+        none = np.zeros(0, dtype=np.intp)
+        holding: list[Rows] = [none]
+        open_ = self._open(free)
+        blocked = np.setdiff1d(np.arange(len(now.least)), open_)
+        lacking = (now.least - self.pushes @ y) / np.maximum(self.reference, LEAST_DIVISOR)
+        most = max(float(np.max(np.abs(now.least) / np.maximum(self.reference, LEAST_DIVISOR), initial=0.0)), float(np.linalg.norm(y)))
+        jams = blocked[lacking[blocked] > PUSH_MOVES * most]
+        if len(jams):
+            return None, jams
+        first = shortest(self.pushes[open_] @ free, now.least[open_] - self.pushes[open_] @ y, _places(open_, guess))
         if first.y is None:
-            return None, first.holding
+            return None, open_[first.holding]
         place = first.y  # in the free directions
         for level in now.levels:
             if not free.shape[1]:
                 break
             slopes = level.slopes @ self.white
-            along = slopes @ free
+            along = _seen(slopes @ free, slopes)
             missing = level.want - slopes @ y
-            strongest = float(np.max(np.linalg.norm(slopes, axis=1), initial=0.0))
-            if not float(np.max(np.abs(along), initial=0.0)) > PUSH_UNSEEN * strongest:
+            if not along.any():
                 continue
+            strongest = float(np.max(np.linalg.norm(slopes, axis=1), initial=0.0))
             reach = np.asarray(along @ along.T, dtype=np.float64)
             target = along @ (along.T @ damped(reach, missing, level.damping))
             soft = PUSH_DAMPING * strongest
@@ -117,23 +126,41 @@ class Linear:
             hessian = np.asarray(along.T @ along, dtype=np.float64) + soft * soft * np.eye(free.shape[1])
             root = np.asarray(np.linalg.cholesky(hessian), dtype=np.float64)
             centre = np.asarray(np.linalg.solve(hessian, along.T @ target), dtype=np.float64)
-            there = self.pushes @ free
+            open_ = self._open(free)
+            there = self.pushes[open_] @ free
             back = np.asarray(np.linalg.solve(root, there.T), dtype=np.float64).T
-            found = shortest(back, now.least - self.pushes @ y - there @ centre)
+            found = shortest(back, now.least[open_] - self.pushes[open_] @ y - there @ centre)
             if found.y is None:
                 break
-            holding.append(found.holding)
+            holding.append(open_[found.holding])
             place = centre + np.asarray(np.linalg.solve(root.T, found.y), dtype=np.float64)
             left = _indifferent(along, slopes)
             y = y + free @ (place - left @ (left.T @ place))
             place = left.T @ place
             free = free @ left
-        found = shortest(self.pushes @ free, now.least - self.pushes @ y, guess)
+        open_ = self._open(free)
+        found = shortest(self.pushes[open_] @ free, now.least[open_] - self.pushes[open_] @ y, _places(open_, guess))
         if found.y is not None:
             place = found.y
-            holding.append(found.holding)
+            holding.append(open_[found.holding])
         y = y + free @ place
-        return y, np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *holding])).astype(np.intp)
+        return y, np.unique(np.concatenate(holding)).astype(np.intp)
+
+    def _open(self, free: FloatArray) -> Rows:
+        """The inequalities that have a say in what is free."""
+        seen = np.linalg.norm(self.pushes @ free, axis=1) > PUSH_UNSEEN * self.reference
+        return np.nonzero(seen)[0]
+
+
+def _places(some: Rows, guess: Rows | None) -> Rows | None:
+    """Where among ``some`` those of the ``guess`` are."""
+    return None if guess is None else np.nonzero(np.isin(some, guess))[0]
+
+
+def _seen(along: FloatArray, slopes: FloatArray) -> FloatArray:
+    """The values' slopes ``along`` what is free, without those that are rounding."""
+    seen = np.linalg.norm(along, axis=1) > PUSH_UNSEEN * np.linalg.norm(slopes, axis=1)
+    return np.where(seen[:, None], along, 0.0)
 
 
 def _indifferent(along: FloatArray, slopes: FloatArray) -> FloatArray:
@@ -171,6 +198,10 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         opening = (free.pushes @ y - now.least) / np.maximum(lengths, LEAST_DIVISOR)
         return opening, PUSH_MOVES * max(speed, LEAST_DIVISOR)
 
+    if guess is not None and len(guess) and not now.levels and (y := _as_guessed(free, guess)) is not None:
+        opening, tolerance = judged(y)
+        if float(np.min(opening)) >= -tolerance:
+            return Moved(free.white @ y, opening, guess, tolerance)
     y = free.followed()
     opening, tolerance = judged(y)
     if not len(opening) or float(np.min(opening)) >= -tolerance:
@@ -184,6 +215,20 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         return Moved(free.white @ again, opening, holding, tolerance)
     opening, tolerance = judged(found)
     return Moved(free.white @ found, opening, holding, tolerance)
+
+
+def _as_guessed(linear: Linear, guess: Rows) -> FloatArray | None:
+    """The least y (n,) with just the inequalities of the ``guess`` holding it; None where one of them would pull."""
+    rows = linear.pushes[guess] @ linear.free
+    lacking = linear.now.least[guess] - linear.pushes[guess] @ linear.least
+    lengths = np.linalg.norm(rows, axis=1)
+    if not (lengths > 0.0).all():
+        return None
+    unit = rows / lengths[:, None]
+    forces = np.asarray(np.linalg.lstsq(unit @ unit.T, lacking / lengths, rcond=1e-13)[0], dtype=np.float64)
+    if (forces < -PUSH_HOLDS * float(np.max(np.abs(forces), initial=0.0))).any():
+        return None
+    return linear.least + linear.free @ (unit.T @ forces)
 
 
 def openings(now: Instant, v: FloatArray) -> FloatArray:

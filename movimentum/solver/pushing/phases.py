@@ -8,6 +8,7 @@ nothing goes through anything.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -46,8 +47,12 @@ FIRST_STEP = 0.25
 SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where within a step outlines are looked at."""
 TURN = 0.15
-"""Radians: what outlines turn in a step at most where they are near each other; and they move so much of their size:"""
-WAY = 0.25
+"""Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
+one's size:
+"""
+WAY = 0.5
+KEPT = 8
+"""Instants whose problems are kept."""
 BENT = 0.05
 """Of its length: how far a way in a step is off a straight one."""
 WHOLE = 360.0
@@ -66,13 +71,19 @@ class Course:
         self.white, self.units = block.metric.whitening
         self.unwhite = np.asarray(np.linalg.inv(self.white), dtype=np.float64)
         self.wide = FOLLOWING * field_of(plan.system.scene)
+        self._problems: dict[float, BlockProblem] = {}
         self._last: list[tuple[float, bytes, bool, tuple[Contact, ...], Instant, Lines]] = []
 
     # --- an instant
 
     def at(self, tau: float) -> BlockProblem:
         """The block's problem at one instant."""
-        return self.probe(np.array([tau]))
+        found = self._problems.get(tau)
+        if found is None:
+            if len(self._problems) >= KEPT:
+                del self._problems[next(iter(self._problems))]
+            found = self._problems[tau] = self.probe(np.array([tau]))
+        return found
 
     def instant(self, tau: float, x: FloatArray, contacts: Sequence[Contact], after: bool = False) -> Instant:
         """What moves the block at core values ``x`` (n,), where these contacts may hold it."""
@@ -247,31 +258,26 @@ class Going:
         ahead = 1e-6 * self.course.differences._spacing
         later = self._poses(tau + ahead, x + ahead * rate)
         for g, gap in enumerate(contacts.rows.gaps):
-            speeds, turns, middles = [], [], []
+            speeds: list[float] = []
+            turns: list[float] = []
+            middles: list[tuple[float, float, float]] = []
             for side, (a, b) in enumerate(zip(now[g], later[g], strict=True)):
                 mx, my, radius = contacts.around[g][side]
                 places = [
                     (float(p[0] + p[2] * mx - p[3] * my), float(p[1] + p[3] * mx + p[2] * my)) for p in (a, b)
                 ]
                 turn = abs(float(a[2] * b[3] - a[3] * b[2])) / ahead
-                speeds.append(np.hypot(places[1][0] - places[0][0], places[1][1] - places[0][1]) / ahead)
-                turns.append((turn, radius))
+                speeds.append(math.dist(*places) / ahead)
+                turns.append(turn)
                 middles.append((*places[0], radius))
             (ax, ay, ar), (bx, by, br) = middles
             apart = float(np.hypot(ax - bx, ay - by)) - ar - br
-            fast = sum(speeds)
-            if apart > 0.0:
-                found = min(found, max(apart / max(fast, LEAST_DIVISOR), 0.0) + self._near(turns, fast, (ar, br)))
-            else:
-                found = min(found, self._near(turns, fast, (ar, br)))
-            del gap
+            fast = max(sum(speeds), LEAST_DIVISOR)
+            near = TURN / max(*turns, LEAST_DIVISOR)
+            if gap.first.skin.bends or gap.second.skin.bends:
+                near = min(near, WAY * min((size for size in (ar, br) if size > 0.0), default=ar) / fast)
+            found = min(found, max(apart, 0.0) / fast + near)
         return float(found)
-
-    def _near(self, turns: Sequence[tuple[float, float]], fast: float, sizes: tuple[float, float]) -> float:
-        small = min((size for size in sizes if size > 0.0), default=self.course.plan.size)
-        turning = max(turn for turn, _ in turns)
-        sliding = fast
-        return min(TURN / max(turning, LEAST_DIVISOR), WAY * small / max(sliding, LEAST_DIVISOR))
 
     def _poses(self, tau: float, x: FloatArray) -> list[tuple[Sequence[float], Sequence[float]]]:
         there = self.course.at(tau).values(x[None])
@@ -407,13 +413,13 @@ class _Step:
             return None
         times = [self.t0, *(self.t0 + self.h * share for share in SHARES)]
         cores = [self.x0, *(self.between(t) for t in times[1:-1]), self.x1]
-        problems = [self.course.at(t) for t in times]
-        theres = [p.values(x[None]) for p, x in zip(problems, cores, strict=True)]
-        margins = [contacts.values(p, x[None])[0] for p, x in zip(problems, cores, strict=True)]
+        problem, every = self.course.probe(np.array(times)), np.stack(cores)
+        there, margins = problem.values(every), contacts.values(problem, every)
         holding = set(self.going.held)
         best: float | None = None
         for g, gap in enumerate(contacts.rows.gaps):
-            poses = [(contacts.pose(gap.first, there), contacts.pose(gap.second, there)) for there in theres]
+            sides = contacts.poses(gap.first, there, len(times)), contacts.poses(gap.second, there, len(times))
+            poses = list(zip(*sides, strict=True))
             way = self._way(g, poses)
             within = way - float(min(m[gap.push] for m in margins)) + 2.0 * closed
 

@@ -33,15 +33,10 @@ def shortest(rows: FloatArray, least: FloatArray, guess: Rows | None = None) -> 
     count, n = rows.shape
     if count == 0 or not (least > 0.0).any():
         return Shortest(np.zeros(n), none, np.zeros(0))
-    lengths = np.sqrt(np.einsum("kn,kn->k", rows, rows))
-    empty = lengths <= LEAST_DIVISOR
-    size = float(np.max(least))
-    if (empty & (least > PUSH_HOLDS * size)).any():
-        return Shortest(None, np.nonzero(empty & (least > 0.0))[0], np.ones(1))
-    lengths = np.where(empty, 1.0, lengths)
+    lengths = np.maximum(np.sqrt(np.einsum("kn,kn->k", rows, rows)), LEAST_DIVISOR)
     unit, wanted = rows / lengths[:, None], least / lengths
     size = float(np.max(wanted))
-    wanted = np.where(empty, -1.0, wanted / size - PUSH_HOLDS)  # those that oppose each other but for rounding
+    wanted = wanted / size - PUSH_HOLDS  # those that oppose each other but for rounding
     matrix = np.concatenate([unit.T, wanted[None]])
     target = np.zeros(n + 1)
     target[-1] = 1.0
