@@ -948,6 +948,8 @@ PUSH_MOVES = 1e-7
 """Of the fastest motion: a contact that opens more slowly than that is closed."""
 PUSH_RESTS = 1e-13
 """Of the fastest motion: what is slower than that is rounding."""
+PUSH_RESTS_FOR_LONG = 1e-11
+"""Of the scene's size: what moves no farther in the whole of a path rests."""
 PUSH_DAMPING = 1e-3
 """Of a wish's own gradient: a direction in which what pushes leaves no more of it is followed the less."""
 PUSH_UNSEEN = 1e-9

@@ -44,6 +44,7 @@ from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
 if TYPE_CHECKING:  # few ask what overlaps
     from movimentum.analysis.gaps.overlaps import Overlap
+    from movimentum.analysis.happenings import Contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -235,6 +236,20 @@ class Motion:
         from movimentum.analysis.gaps.overlaps import overlaps
 
         return overlaps(self.solution.motion.path, all_layers=all_layers)
+
+    @property
+    @called
+    def contacts(self) -> list[Contact]:
+        """What happens between things that push each other: contacts that begin, change, end and jam, in order of time.
+
+        >>> import movimentum as mv
+        >>> text = "A : .bar O=[0,0]; B : .bar O=[9,0]; @0 A.O=[2*.t,0]; B.O=[x,0]; B.O.x - A.O.x >= 5 .pushes; @4"
+        >>> [(each.event, each.statement, round(each.time, 9)) for each in mv.loads(text).solve().contacts]
+        [('begins', 'B.O.x - A.O.x >= 5 .pushes', 2.0)]
+        """
+        from movimentum.analysis.happenings import contacts
+
+        return contacts(self.solution.motion.path)
 
     def _exact(self, time: Number) -> Fraction:
         """A time; a float that a step's time was rounded to means the step's."""

@@ -161,7 +161,7 @@ def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArr
     """
     low, high = bend.first[k], bend.last[k]
     inner = high if not bend.contour.closed else np.nextafter(high, low)
-    ends = bend.contour.values(np.concatenate([low, inner]))
+    ends = bend.values(np.concatenate([low, inner]))
     (at_low, _), (at_high, _) = ahead(ends[:, : len(k)]), ahead(ends[:, len(k) :])
     sign = np.where(at_low >= at_high, 1.0, -1.0)
     slack = np.minimum(sign * at_low, -sign * at_high)
@@ -169,7 +169,7 @@ def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArr
     fall = sign * (at_low - at_high)
     place = low + (high - low) * np.clip(sign * at_low / np.where(fall > 0.0, fall, 1.0), 0.0, 1.0)
     place = np.where(good, place, np.where(np.abs(at_low) < np.abs(at_high), low, inner))
-    at = bend.contour.values(place)
+    at = bend.values(place)
     if not good.any():
         return place, slack, at
     a, b = low, high
@@ -182,7 +182,7 @@ def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArr
         new = np.where(good & (value != 0.0), new, place)
         moved = np.abs(new - place)
         place = new
-        at = bend.contour.values(place)
+        at = bend.values(place)
         if (moved <= PLACE_FOUND * bend.contour.period).all():
             break
     return place, slack, at
@@ -304,8 +304,8 @@ def _two_bends(
     ox, oy = _inside(pose, np.asarray(there[0]), np.asarray(there[1]))
     moved = np.full(len(u), np.inf)
     for _ in range(40):
-        ax, ay, tx, ty, dx, dy, rx, ry = one.contour.values(u)
-        px, py, gx, gy, ex, ey, hx, hy = other.contour.values(v)
+        ax, ay, tx, ty, dx, dy, rx, ry = one.values(u)
+        px, py, gx, gy, ex, ey, hx, hy = other.values(v)
         bx, by = ox + c * px - s * py - ax, oy + s * px + c * py - ay
         gx, gy = c * gx - s * gy, s * gx + c * gy
         ex, ey = c * ex - s * ey, s * ex + c * ey
@@ -323,12 +323,12 @@ def _two_bends(
         moved = np.maximum(np.abs(du) / wide, np.abs(dv) / far)
         if (moved <= 1e-14).all():
             break
-    x, y, nx, ny = _bent(one, one.contour.values(u))
-    p, q, mx, my = _bent(other, other.contour.values(v))
+    x, y, nx, ny = _bent(one, one.values(u))
+    p, q, mx, my = _bent(other, other.values(v))
     p, q = ox + c * p - s * q, oy + s * p + c * q
     mx, my = c * mx - s * my, s * mx + c * my
     value = nx * (p - x) + ny * (q - y) - reach - reached
-    speed = np.hypot(*one.contour.values(u)[4:6])
+    speed = np.hypot(*one.values(u)[4:6])
     inside = np.minimum(
         np.minimum(u - one.first[i], one.last[i] - u) / wide, np.minimum(v - other.first[j], other.last[j] - v) / far
     )
@@ -371,7 +371,7 @@ def circles(skin: Skin, part: int) -> FloatArray:
     found: list[FloatArray] = [np.zeros((0, 3))]
     for _, bend in flattened(skin.bends):
         places = bend.first[:, None] + (bend.last - bend.first)[:, None] * np.linspace(0.0, 1.0, 9)
-        x, y = bend.contour.values(places)[:2]
+        x, y = bend.values(places)[:2]
         middle = np.stack([0.5 * (x.min(1) + x.max(1)), 0.5 * (y.min(1) + y.max(1))], 1)
         radius = np.max(np.hypot(x - middle[:, :1], y - middle[:, 1:]), axis=1) * 1.05
         found.append(np.column_stack([middle, radius + skin.reach]))

@@ -111,7 +111,7 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
         drawn = with_wishes if kept is None else kept.drawn
         block = drawn(block, system.wishes, known, clocks)
         if group.pushed:
-            block = pushed(block, replace(system, equations=folded), clocks, moving, size)
+            block = pushed(block, replace(system, equations=folded), clocks, size)
         blocks.append(block)
         known |= set(block.unknowns)
         if isinstance(block, Assign) and all(map(_foldable, block.formulas)):

@@ -305,6 +305,11 @@ def _beyond_inequality(
     plan = piece.plan
     selector, time = violated
     carry = carry_at(segment_motion, piece, time, segment_motion.base)
+    if plan.system.selectors[selector].pushes:  # it would push: no other solution does instead
+        piece.end = time
+        segment_motion.troubles.append(Failure(FailureKind.SELECTOR, time, until=length, selector=selector))
+        segment_motion.pieces.append(Unsolved(float(np.nextafter(time, np.inf)), length, carry))
+        return None, length
     resume = min(time + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
     with np.errstate(all="ignore"):
         for _ in range(40):  # just far enough for the violation to be seen

@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.places import span_of_blocks
+from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
 from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.analysis.diagnose.runaway import runaway
@@ -50,6 +51,8 @@ def failure_diagnostic(
     """
     if (away := runaway(motion, segment_motion, trouble)) is not None:
         return away, 3
+    if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
+        return pushed
     if (
         trouble.kind is FailureKind.GAP
         and trouble.block is not None

@@ -10,10 +10,12 @@ from enum import StrEnum
 
 from movimentum.expressions import Expr, add, mul
 from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.outlines.skin import Skin
 from movimentum.records import dataclass
+from movimentum.scene.model import GapSide, Thing
 from movimentum.syntax.tree import Toward
 
 
@@ -238,14 +240,21 @@ class GapRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A thing with its ``skin``, in its frame: the numbers of the unknowns of its pose (x, y, cosine, sine), or the
-    values ``still`` where it has none.
+    """A ``side`` of a gap with its ``skin``, in the ``frame`` of its thing (one of ``things``, by number): the numbers of
+    the unknowns of its pose (x, y, cosine, sine), or the values ``still`` where it has none.
     """
 
-    thing: int
+    side: GapSide
+    things: tuple[Thing, ...]
+    frame: BodyFrame
     skin: Skin
     numbers: tuple[int | None, int | None, int | None, int | None]
     still: tuple[float, float, float, float]
+
+    @property
+    def thing(self) -> int:
+        """The number of the thing."""
+        return self.side.thing
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from math import inf
 from typing import Any
 
+import numpy as np
+
+from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, substitute, symbol
-from movimentum.outlines.contour import Contour
+from movimentum.outlines.contour import Contour, put_in, slope
 from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of
 from movimentum.planning.blocks.kinds import Block, Body, Free, GapRow, PullRows, Pushing, PushRows
+from movimentum.planning.blocks.masses import as_points
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import Inequality, Pull, Push, System
@@ -158,9 +163,9 @@ def selecting(system: System, groups: Sequence[Group]) -> System:
 # --- a block
 
 
-def pushed(block: Block, system: System, clocks: Clocks, moving: set[int], size: float) -> Block:
-    """A free ``block`` with the inequalities that push it and the wishes that draw it; ``moving`` are the unknowns of
-    earlier blocks that change with time, ``size`` the scene's size.
+def pushed(block: Block, system: System, clocks: Clocks, size: float) -> Block:
+    """A free ``block`` with the inequalities that push it and the wishes that draw it; ``size``: the scene's. It is
+    followed even if nothing moves: what it is told may contradict itself.
     """
     if not isinstance(block, Free):
         return block
@@ -174,15 +179,9 @@ def pushed(block: Block, system: System, clocks: Clocks, moving: set[int], size:
     said += [value for pull in pulls for value in (*pull.values, *pull.drawn)]
     reads = symbol_numbers(*said) | {n for gap in rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None}
     known = (reads | set(metric.coupled)) - members
-    changes = any(node_timed(root) for root in said) or bool(known & moving) or bool(pulls) or bool(rows.rates)
     given: dict[str, Any] = {each.name: getattr(block, each.name) for each in fields(block)}
-    given |= {"metric": metric, "identity": 0, "inputs": block.inputs | known, "moving": block.moving or changes}
+    given |= {"metric": metric, "identity": 0, "inputs": block.inputs | known, "moving": True}
     return Pushing(**given, pushes=rows, pulls=drawn)
-
-
-def node_timed(root: Expr) -> bool:
-    """Whether it changes by time alone."""
-    return root.timed
 
 
 def _push_rows(pushes: Sequence[Push], block: Free, system: System, clocks: Clocks) -> PushRows:
@@ -241,10 +240,34 @@ def _body(system: System, side: GapSide) -> Body:
     ax, ay = frame.axis
     skin = anchor_skin(thing, side.anchor) if side.anchor is not None else thing_skin(thing)
     local = frame.local((0.0, 0.0))
-    placed = skin.placed(*local, ax, -ay)
+    placed = _quick(skin.placed(*local, ax, -ay))
     ox, oy = frame.origin
     still = ox - system.shift[0], oy - system.shift[1], ax, ay
-    return Body(side.thing, placed, (x, y, c, s), still)
+    return Body(side, system.scene.things, frame, placed, (x, y, c, s), still)
+
+
+def _quick(skin: Skin) -> Skin:
+    """``skin`` with its curves' values as compiled code."""
+    if not skin.bends:
+        return skin
+    bends = tuple(replace(bend, quick=_curve(bend.contour)) for bend in skin.bends)
+    return replace(skin, bends=bends)
+
+
+@lru_cache(maxsize=64)
+def _curve(contour: Contour) -> Callable[[FloatArray], FloatArray]:
+    place = symbol(0)
+    roots = [*contour.position, *contour.direction, *map(slope, contour.position), *map(slope, contour.direction)]
+    function = compiled([put_in(root, place) for root in roots], Clocks())
+
+    def values(places: FloatArray) -> FloatArray:
+        found = np.empty((8, *places.shape))
+        with np.errstate(all="ignore"):
+            for k, value in enumerate(function({0: places}, ())):
+                found[k] = value
+        return found
+
+    return values
 
 
 def thing_skin(thing: Thing) -> Skin:
@@ -271,8 +294,6 @@ SMALL = 0.02
 
 def _points(system: System, t: int, size: float) -> list[tuple[float, float, float]]:
     """Points of a thing, in its frame, that have the mass and the moments of its outline: by them its motion counts."""
-    from movimentum.planning.blocks.masses import as_points  # noqa: PLC0415
-
     thing = system.scene.things[t]
     frame = system.frame(t)
     return [(*frame.local((x, y)), weight / size**2) for x, y, weight in as_points(moments_of(thing, size))]
@@ -289,6 +310,5 @@ def moments_of(thing: Thing, size: float) -> tuple[float, float, float, float, f
     if isinstance(thing.own, SpriteImage) and thing.own.image_size is not None:
         w, h = (side * thing.own.scale for side in thing.own.image_size)
         return w * h, w / 2.0, h / 2.0, w * h * w * w / 12.0, 0.0, w * h * h * h / 12.0
-    import numpy as np
-
-    return line_moments(np.array([anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]), 0.0 if len({a.local for a in thing.anchors}) > 1 else SMALL * size)
+    places = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
+    return line_moments(np.array(places), 0.0 if len(set(places)) > 1 else SMALL * size)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
@@ -17,6 +16,10 @@ from movimentum.records import dataclass
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, shortest
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_DAMPING, PUSH_HOLDS, PUSH_MOVES, PUSH_RESTS, PUSH_UNSEEN, RANK_OF_ROWS
+
+
+NEARLY = 0.1
+"""Of a velocity: how much an exact solution may differ from the one that tells what holds it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,18 +45,20 @@ class Instant:
     levels: Sequence[Level]
     pushes: FloatArray
     least: FloatArray
+    rest: float = 0.0
+    """How fast a value may change that stands still, by rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moved:
-    """A velocity ``v`` (n,), how fast each inequality opens (k,), and which of them ``holds`` it. ``tolerance``: slower
-    is not moving. Where no velocity is allowed, ``v`` is None, and those that hold are the ones that jam.
+    """A velocity ``v`` (n,), how fast each inequality opens (k,), and which of them ``holds`` it. ``tolerance`` (k,):
+    slower is not moving. Where no velocity is allowed, ``v`` is None, and those that hold are the ones that jam.
     """
 
     v: FloatArray | None
     opening: FloatArray
     holds: Rows
-    tolerance: float
+    tolerance: FloatArray
 
 
 class Linear:
@@ -101,9 +106,10 @@ class Linear:
         holding: list[Rows] = [none]
         open_ = self._open(free)
         blocked = np.setdiff1d(np.arange(len(now.least)), open_)
-        lacking = (now.least - self.pushes @ y) / np.maximum(self.reference, LEAST_DIVISOR)
-        most = max(float(np.max(np.abs(now.least) / np.maximum(self.reference, LEAST_DIVISOR), initial=0.0)), float(np.linalg.norm(y)))
-        jams = blocked[lacking[blocked] > PUSH_MOVES * most]
+        lengths = np.maximum(self.reference, LEAST_DIVISOR)
+        lacking = (now.least - self.pushes @ y) / lengths
+        most = max(float(np.max(np.abs(now.least) / lengths, initial=0.0)), float(np.linalg.norm(y)))
+        jams = blocked[lacking[blocked] > np.maximum(PUSH_MOVES * most, now.rest / lengths[blocked])]
         if len(jams):
             return None, jams
         first = shortest(self.pushes[open_] @ free, now.least[open_] - self.pushes[open_] @ y, _places(open_, guess))
@@ -188,33 +194,33 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
     """The velocity that all inequalities allow; ``guess``: which of them may hold it."""
     none = np.zeros(0, dtype=np.intp)
     free = Linear(now, none)
-    size = len(free.scale)
     if not free.finite:
-        return Moved(np.full(size, np.nan), np.full(len(now.least), np.nan), none, 0.0)
-    lengths = np.linalg.norm(free.pushes, axis=1)
+        nowhere = np.full(len(now.least), np.nan)
+        return Moved(np.full(len(free.scale), np.nan), nowhere, none, nowhere)
+    lengths = np.maximum(free.reference, LEAST_DIVISOR)
+    demanded = float(np.max(np.abs(now.least) / lengths, initial=0.0))
 
-    def judged(y: FloatArray) -> tuple[FloatArray, float]:
-        speed = max(float(np.linalg.norm(y)), float(np.max(np.abs(now.least) / np.maximum(lengths, LEAST_DIVISOR), initial=0.0)))
-        opening = (free.pushes @ y - now.least) / np.maximum(lengths, LEAST_DIVISOR)
-        return opening, PUSH_MOVES * max(speed, LEAST_DIVISOR)
+    def judged(y: FloatArray, holds: Rows) -> Moved:
+        tolerance = np.maximum(PUSH_MOVES * max(float(np.linalg.norm(y)), demanded), now.rest / lengths)
+        return Moved(free.white @ y, (free.pushes @ y - now.least) / lengths, holds, tolerance)
+
+    def allowed(found: Moved) -> bool:
+        return bool((found.opening >= -found.tolerance).all())
 
     if guess is not None and len(guess) and not now.levels and (y := _as_guessed(free, guess)) is not None:
-        opening, tolerance = judged(y)
-        if float(np.min(opening)) >= -tolerance:
-            return Moved(free.white @ y, opening, guess, tolerance)
-    y = free.followed()
-    opening, tolerance = judged(y)
-    if not len(opening) or float(np.min(opening)) >= -tolerance:
-        return Moved(free.white @ y, opening, none, tolerance)
-    found, holding = free.lexicographic(guess)
-    if found is None:
-        return Moved(None, opening, holding, tolerance)
+        found = judged(y, guess)
+        if allowed(found):
+            return found
+    found = judged(free.followed(), none)
+    if allowed(found):
+        return found
+    y, holding = free.lexicographic(guess)
+    if y is None:
+        return Moved(None, found.opening, holding, found.tolerance)
     again = Linear(now, holding).followed()
-    opening, tolerance = judged(again)
-    if float(np.min(opening)) >= -tolerance and np.linalg.norm(again - found) <= 0.1 * max(float(np.linalg.norm(found)), tolerance):
-        return Moved(free.white @ again, opening, holding, tolerance)
-    opening, tolerance = judged(found)
-    return Moved(free.white @ found, opening, holding, tolerance)
+    found = judged(again, holding)
+    near = float(np.linalg.norm(again - y)) <= NEARLY * float(np.linalg.norm(y))
+    return found if near and allowed(found) else judged(y, holding)
 
 
 def _as_guessed(linear: Linear, guess: Rows) -> FloatArray | None:
@@ -238,6 +244,6 @@ def openings(now: Instant, v: FloatArray) -> FloatArray:
     return (now.pushes @ v - now.least) / np.maximum(lengths, LEAST_DIVISOR)
 
 
-def stopped(holds: NDArray[np.intp], opening: FloatArray, tolerance: float) -> Rows:
+def stopped(holds: Rows, opening: FloatArray, tolerance: FloatArray) -> Rows:
     """Those that hold, and those that do not open."""
     return np.union1d(holds, np.nonzero(opening <= tolerance)[0]).astype(np.intp)

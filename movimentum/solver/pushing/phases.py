@@ -28,6 +28,7 @@ from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.free.velocity import FOLLOWING, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import RATE, Contact, Contacts, Lines
 from movimentum.solver.pushing.law import Instant, Level, Moved, held, moved, openings, stopped, without_rounding
+from movimentum.solver.pushing.overlap import overlapping
 from movimentum.solver.pushing.programs import Rows
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
 from movimentum.syntax.tree import Toward
@@ -36,6 +37,8 @@ from movimentum.tolerances import (
     LEAST_DIVISOR,
     PUSH_CLOSED,
     PUSH_EVENT,
+    PUSH_OVERLAP,
+    PUSH_RESTS_FOR_LONG,
     RESTORED,
 )
 
@@ -70,6 +73,7 @@ class Course:
         self.closed = PUSH_CLOSED * plan.size
         self.white, self.units = block.metric.whitening
         self.unwhite = np.asarray(np.linalg.inv(self.white), dtype=np.float64)
+        self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
         self.wide = FOLLOWING * field_of(plan.system.scene)
         self._problems: dict[float, BlockProblem] = {}
         self._last: list[tuple[float, bytes, bool, tuple[Contact, ...], Instant, Lines]] = []
@@ -131,6 +135,7 @@ class Course:
             self._levels(problem, one, drift_, drawn),
             lines.slopes,
             least,
+            self.rest,
         )
         self._last = [*self._last[-3:], (tau, x.tobytes(), after, contacts, instant, lines)]
         return instant, lines
@@ -320,10 +325,10 @@ class Going:
         found = moved(now, self.which)
         if found.v is None:
             return frozenset(), tuple(self.touching[k] for k in found.holds)
-        open_ = [k for k in self.which.tolist() if found.opening[k] > 2.0 * found.tolerance]
+        open_ = [k for k in self.which.tolist() if found.opening[k] > 2.0 * found.tolerance[k]]
         if not open_ and not set(found.holds.tolist()) - set(self.which.tolist()):
             return None
-        if not open_ and float(np.min(openings(now, held(now, self.which)))) >= -2.0 * found.tolerance:
+        if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), ()
 
@@ -339,7 +344,7 @@ class Going:
         rows = now.pushes.copy()
         rows[gone] = 0.0
         least[gone] = 0.0
-        return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least)
+        return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
 
 
 class _Step:
@@ -635,6 +640,9 @@ def followed(course: Course, x: FloatArray, nodes: FloatArray, until: float) -> 
     before: tuple[Contact, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
+    wrong = _wrong_at_once(course, tau, x)
+    if wrong is not None:
+        return wrong
     touching = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
         going, blocked = _begun(course, tau, x, touching, left, opened)
@@ -672,6 +680,33 @@ def followed(course: Course, x: FloatArray, nodes: FloatArray, until: float) -> 
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
     return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+
+
+def _wrong_at_once(course: Course, tau: float, x: FloatArray) -> PushTrack | None:
+    """The track that goes nowhere, where the pose to begin with is none: an inequality does not hold, or outlines
+    overlap.
+    """
+    contacts = course.contacts
+    problem = course.at(tau)
+    values = contacts.values(problem, x[None])[0]
+    size = course.plan.size
+    broken = [contact for contact in contacts.plain if not values[contact.kind] >= -PUSH_OVERLAP * size]
+    deep = overlapping(contacts, problem.values(x[None]), values, PUSH_OVERLAP * size)
+    if not broken and not deep:
+        return None
+    why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
+    if broken:  # those that contradict each other
+        lines = contacts.lines(contacts.plain, problem, x[None])
+        rows = problem.jacobian(x[None])[0]
+        found = moved(
+            Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values)
+        )
+        if found.v is None:
+            broken = [contacts.plain[k] for k in found.holds]
+    told = tuple((contacts.rows.numbers[contact.kind], None) for contact in broken)
+    still = np.zeros((1, len(x)))
+    nodes = np.array([tau])
+    return PushTrack(nodes, x[None], still, tau, FREE_MOTION_STEP, 0, (), (), why, told, tuple(deep))
 
 
 def _begun(

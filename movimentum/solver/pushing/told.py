@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.pushing.tracks import Event, Happening, PushTrack
+from movimentum.solver.pushing.tracks import Happening, PushTrack
 
 Pair = tuple[int, tuple[int, int] | None]
 """The number of the constraint, and the things."""
@@ -71,9 +71,29 @@ def contact_events(motion: PathMotion) -> list[ContactEvent]:
         found += [ContactEvent(start, Happening.ENDS, *pair) for pair in touching if pair not in now]
         touching = dict.fromkeys(now, 0.0)
     order = list(Happening)
+    found = _without_flicker(found)
     return sorted(found, key=lambda event: (event.time, order.index(event.happening), event.push))
 
 
-def first_events(track: PushTrack) -> list[Event]:
-    """Those that end a track."""
-    return [event for event in track.events if event.happening is Happening.JAMS]
+AT_ONCE = 1e-6
+"""Time units: what ends and begins again, or begins and ends, within so little of it goes on, or is nothing."""
+
+
+def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
+    """``events`` without those that are undone at once."""
+    ends = (Happening.BEGINS, Happening.ENDS)
+    kept: list[ContactEvent] = []
+    last: dict[Pair, int] = {}
+    gone: set[int] = set()
+    for event in sorted(events, key=lambda event: event.time):
+        place = last.get(event.pair)
+        if event.happening in ends and place is not None and place not in gone:
+            before = kept[place]
+            if before.happening is not event.happening and event.time - before.time <= AT_ONCE:
+                gone.add(place)
+                del last[event.pair]
+                continue
+        if event.happening in ends:
+            last[event.pair] = len(kept)
+        kept.append(event)
+    return [event for place, event in enumerate(kept) if place not in gone]

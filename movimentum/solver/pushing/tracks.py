@@ -8,6 +8,7 @@ from enum import StrEnum
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.pushing.contacts import Contact
+from movimentum.solver.pushing.overlap import Overlapping
 
 
 class Happening(StrEnum):
@@ -41,21 +42,26 @@ class Phase:
 
 
 class PushEnd(StrEnum):
-    """Why a track ends early: nothing may move, too much happens, or it cannot be followed."""
+    """Why a track ends early: nothing may move, too much happens, it cannot be followed, no pose satisfies all that
+    pushes, or things begin inside each other.
+    """
 
     NONE = ""
     JAM = "jam"
     BUDGET = "budget"
     LOST = "lost"
+    CONTRADICTION = "contradiction"
+    OVERLAP = "overlap"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PushTrack(NodeTrack):
     """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
-    why it ends early, ``jammed`` what contradicts each other then (constraints and things).
+    why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps.
     """
 
     phases: Sequence[Phase] = ()
     events: Sequence[Event] = ()
     end: PushEnd = PushEnd.NONE
     jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
+    overlaps: Sequence[Overlapping] = ()
