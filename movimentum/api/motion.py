@@ -238,15 +238,8 @@ class Motion:
         return overlaps(self.solution.motion.path, all_layers=all_layers)
 
     @property
-    @called
     def contacts(self) -> list[Contact]:
-        """What happens between things that push each other: contacts that begin, change, end and jam, in order of time.
-
-        >>> import movimentum as mv
-        >>> text = "A : .bar O=[0,0]; B : .bar O=[9,0]; @0 A.O=[2*.t,0]; B.O=[x,0]; B.O.x - A.O.x >= 5 .pushes; @4"
-        >>> [(each.event, each.statement, round(each.time, 9)) for each in mv.loads(text).solve().contacts]
-        [('begins', 'B.O.x - A.O.x >= 5 .pushes', 2.0)]
-        """
+        """What happens between things that push each other, in order of time: see `movimentum.Contact`."""
         from movimentum.analysis.happenings import contacts
 
         return contacts(self.solution.motion.path)

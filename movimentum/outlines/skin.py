@@ -10,18 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.contour import Contour
 from movimentum.records import dataclass
-from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES
+from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES, PIECE_ROUND, PIECE_STRAIGHT, PIECE_TURNS
 
 SAMPLES = 17
 """By which a piece of an outline is told to be straight, an arc, or neither."""
-STRAIGHT, ROUND = 1e-10, 1e-9
-"""Of a piece's size: how far it may be from a line, and from an arc."""
 FARTHEST_TURN = math.radians(40.0)
 """That a bend makes at most."""
 CAP = math.radians(90.0)
@@ -62,20 +61,6 @@ class Skin:
     reach: float
     moments: tuple[float, float, float, float, float, float]
 
-    @property
-    def size(self) -> float:
-        """How far it reaches from the origin."""
-        far = [0.0]
-        for part in (self.knobs, self.bowls):
-            if len(part):
-                far.append(float(np.max(np.hypot(part[:, 0], part[:, 1]) + np.abs(part[:, 2]))))
-        if len(self.edges):
-            far.append(float(np.max(np.hypot(self.edges[:, ::2], self.edges[:, 1::2]))) + self.reach)
-        for bend in self.bends:
-            x, y = bend.contour.points(bend.contour.samples).T
-            far.append(float(np.max(np.hypot(x, y))) + self.reach)
-        return max(far)
-
     def placed(self, x: float, y: float, c: float, s: float) -> Skin:
         """The same after a turn (cosine, sine) and a shift."""
         turn = math.atan2(s, c)
@@ -91,8 +76,7 @@ class Skin:
 
         edges = np.column_stack([*moved(*self.edges[:, :2].T), *moved(*self.edges[:, 2:].T)])
         bends = tuple(
-            Bends(bend.contour.placed((c, -s, s, c), (x, y)), bend.first, bend.last, bend.side)
-            for bend in self.bends
+            Bends(bend.contour.placed((c, -s, s, c), (x, y)), bend.first, bend.last, bend.side) for bend in self.bends
         )
         area, cx, cy, xx, xy, yy = self.moments
         turned = np.array([[c, -s], [s, c]]) @ np.array([[xx, xy], [xy, yy]]) @ np.array([[c, s], [-s, c]])
@@ -150,10 +134,10 @@ def skin_of(contour: Contour) -> Skin:
         inner[-1] = end if not contour.closed else np.nextafter(end, begin)
         x, y, tx, ty = contour.values(inner)[:4]
         extent = max(float(np.ptp(x)), float(np.ptp(y)))
-        before, after = math.atan2(ty[0], tx[0]), math.atan2(ty[-1], tx[-1])
+        before = math.atan2(ty[0], tx[0])
         if extent <= OUTLINE_CLOSES * size:
             turn = _turned(tx, ty)
-            if turn * side < -1e-12:  # it turns away from what is outside
+            if turn * side < -PIECE_TURNS:  # it turns away from what is outside
                 middle = before + turn / 2.0 + side * math.pi / 2.0
                 knobs.append((x[0], y[0], reach, middle, abs(turn) / 2.0))
             continue
@@ -197,7 +181,7 @@ def _is_straight(x: FloatArray, y: FloatArray, extent: float) -> bool:
     length = math.hypot(dx, dy)
     if length <= 0.5 * extent:
         return False
-    return float(np.max(np.abs(dx * (y - y[0]) - dy * (x - x[0])))) <= STRAIGHT * length * extent
+    return float(np.max(np.abs(dx * (y - y[0]) - dy * (x - x[0])))) <= PIECE_STRAIGHT * length * extent
 
 
 def _arc(x: FloatArray, y: FloatArray, extent: float) -> tuple[float, float, float] | None:
@@ -206,13 +190,13 @@ def _arc(x: FloatArray, y: FloatArray, extent: float) -> tuple[float, float, flo
     (ax, ay), (bx, by), (cx, cy) = ((float(x[k]), float(y[k])) for k in (0, third, 2 * third))
     ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
     cross = 2.0 * (ux * vy - uy * vx)
-    if abs(cross) <= STRAIGHT * extent * extent:
+    if abs(cross) <= PIECE_STRAIGHT * extent * extent:
         return None
     u, v = ux * ux + uy * uy, vx * vx + vy * vy
     px, py = ax + (vy * u - uy * v) / cross, ay + (ux * v - vx * u) / cross
     away = np.hypot(x - px, y - py)
     radius = float(np.mean(away))
-    return (px, py, radius) if float(np.ptp(away)) <= ROUND * extent else None
+    return (px, py, radius) if float(np.ptp(away)) <= PIECE_ROUND * extent else None
 
 
 def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, float]]:
@@ -222,7 +206,7 @@ def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, fl
     inner[-1] = end if not contour.closed else np.nextafter(end, begin)
     _, _, tx, ty, _, _, rx, ry = contour.values(inner)
     bending = tx * ry - ty * rx
-    sign = np.sign(np.where(np.abs(bending) > 1e-12 * np.max(np.abs(bending)), bending, 0.0))
+    sign = np.sign(np.where(np.abs(bending) > PIECE_TURNS * np.max(np.abs(bending)), bending, 0.0))
     cuts = [begin]
     k = 0
     total = 0.0
@@ -243,7 +227,7 @@ def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, fl
             cuts.append(float(places[k + 1]))
             total = 0.0
     cuts.append(end)
-    return [(a, b) for a, b in zip(cuts, cuts[1:], strict=False) if b > a]
+    return [(a, b) for a, b in pairwise(cuts) if b > a]
 
 
 # --- how much its motion counts
@@ -252,7 +236,9 @@ STRIP = 0.05
 """Of its length: how broad a line without a width counts."""
 
 
-def _about_origin(m: tuple[float, float, float, float, float, float]) -> tuple[float, float, float, float, float, float]:
+def _about_origin(
+    m: tuple[float, float, float, float, float, float],
+) -> tuple[float, float, float, float, float, float]:
     area, x, y, xx, xy, yy = m
     return area, area * x, area * y, xx + area * x * x, xy + area * x * y, yy + area * y * y
 
@@ -280,9 +266,7 @@ def line_moments(points: FloatArray, width: float) -> tuple[float, float, float,
     mx, my = (float(v) for v in mass @ middle)
     second = np.einsum("k,ki,kj->ij", mass, middle, middle) + np.einsum("k,ki,kj->ij", mass / 12.0, way, way)
     across = area * breadth * breadth / 12.0 / 2.0
-    return _about_centre(
-        area, mx, my, float(second[0, 0]) + across, float(second[0, 1]), float(second[1, 1]) + across
-    )
+    return _about_centre(area, mx, my, float(second[0, 0]) + across, float(second[0, 1]), float(second[1, 1]) + across)
 
 
 def _moments(contour: Contour) -> tuple[float, float, float, float, float, float]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.outlines.skin import Bends, Skin
 from movimentum.records import dataclass
-from movimentum.tolerances import LEAST_DIVISOR, PLACE_FOUND, PLACES_MEET
+from movimentum.tolerances import BENDS_MET, LEAST_DIVISOR, OUTLINE_FAN, PLACE_FOUND, PLACES_MEET
 
 Pose = Sequence[FloatArray | float]
 """x, y, cosine and sine: of one pose, or (M,) each, of the M places that are asked about."""
@@ -27,8 +27,6 @@ KINDS = (
     (EDGES, BENDS), (BENDS, EDGES), (BOWLS, BENDS), (BENDS, BOWLS), (BENDS, BENDS),
 )  # fmt: skip
 """Which parts of two skins may touch each other."""
-FAN = 1e-8
-"""Radians: a direction so far outside a fan still belongs to it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +44,7 @@ class Touch:
 
     def there(self, within: float) -> NDArray[np.bool_]:
         """(M,) whether the outlines are that near to each other there."""
-        return (self.along >= -within) & (self.fan >= -FAN)
+        return (self.along >= -within) & (self.fan >= -OUTLINE_FAN)
 
     def turned_round(self) -> Touch:
         """The same, of the second and the first."""
@@ -107,9 +105,7 @@ def _knob_knob(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
     fan = np.minimum(_fan(a, pose, -dx, -dy), _fan(b, there, dx, dy))
     sharp = a[:, 2] + b[:, 2] <= 0.0  # tips pass each other, or meet edges
     fan = np.where(sharp | (far <= LEAST_DIVISOR), -np.inf, fan)
-    return Touch(
-        far - a[:, 2] - b[:, 2], np.full(len(far), np.inf), fan, np.stack([x, y], 1), np.stack([dx, dy], 1)
-    )
+    return Touch(far - a[:, 2] - b[:, 2], np.full(len(far), np.inf), fan, np.stack([x, y], 1), np.stack([dx, dy], 1))
 
 
 def _knob_bowl(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
@@ -285,9 +281,7 @@ def _bend_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
         def inner(mine: Bends, m: IntArray, own: IntArray) -> Touch:
             some = places[own]
-            return _two_bends(
-                mine, m, _some(pose, some), one.reach, bend, k[own], _some(there, some), other.reach
-            )
+            return _two_bends(mine, m, _some(pose, some), one.reach, bend, k[own], _some(there, some), other.reach)
 
         return _per_curve(one, i[places], inner, len(places))
 
@@ -321,7 +315,7 @@ def _two_bends(
         u = np.clip(u - du / most, one.first[i] - wide, one.last[i] + wide)
         v = np.clip(v - dv / most, other.first[j] - far, other.last[j] + far)
         moved = np.maximum(np.abs(du) / wide, np.abs(dv) / far)
-        if (moved <= 1e-14).all():
+        if (moved <= BENDS_MET).all():
             break
     x, y, nx, ny = _bent(one, one.values(u))
     p, q, mx, my = _bent(other, other.values(v))
@@ -388,9 +382,7 @@ def _about_bowls(skin: Skin) -> FloatArray:
     return np.column_stack([x + out * np.cos(turn), y + out * np.sin(turn), reach])
 
 
-def near(
-    one: FloatArray, pose: Pose, other: FloatArray, there: Pose, within: float
-) -> tuple[IntArray, IntArray]:
+def near(one: FloatArray, pose: Pose, other: FloatArray, there: Pose, within: float) -> tuple[IntArray, IntArray]:
     """The pairs (i, j) of circles (see `circles`) that are no farther apart than that."""
     x, y = _moved(pose, one[:, 0], one[:, 1])
     u, v = _moved(there, other[:, 0], other[:, 1])

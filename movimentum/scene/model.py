@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from enum import StrEnum
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -18,6 +17,8 @@ from movimentum.expressions import Expr, const
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
+from movimentum.scene.relations import GapSide as GapSide
+from movimentum.scene.relations import Relation as Relation
 from movimentum.scene.shown import CameraView, Piece
 from movimentum.scene.tables import Tables
 from movimentum.scene.themes import Theme
@@ -226,25 +227,6 @@ class Thing:
 # --- constraints ----------------------------------------------------------------------------------
 
 
-class Relation(StrEnum):
-    """The direction of a constraint; part of its key. A goal may be that something is as large as can be."""
-
-    EQUAL = "="
-    BELOW = "<"
-    ABOVE = ">"
-    WISH = "~"
-    LARGEST = ".largest"
-    SMALLEST = ".smallest"
-
-
-@dataclass(frozen=True, slots=True)
-class GapSide:
-    """One side of a gap that pushes: the outline of thing number ``thing``, or only its anchor ``anchor``."""
-
-    thing: int
-    anchor: int | None = None
-
-
 @dataclass(frozen=True, slots=True)
 class Constraint:
     """``left RELATION right``, componentwise: one expression each for a scalar, two for a vector.
@@ -276,11 +258,6 @@ class Constraint:
     gaps: tuple[tuple[GapSide, GapSide], ...] = ()
     toward: Toward = Toward.VALUE
     weakness: int = 0
-
-    @property
-    def is_pull(self) -> bool:
-        """Whether it is a wish below the others, which draws and never says where a path begins."""
-        return self.toward is not Toward.VALUE or self.weakness > 0
 
 
 @dataclass(frozen=True, slots=True)

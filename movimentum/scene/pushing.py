@@ -28,12 +28,12 @@ class Manner:
 
 
 def manner_of(statement: Statement, findings: Findings) -> Manner:
-    """What the options of a statement say. Errors: ``kind/mismatch``, ``syntax/duplicate-option``."""
+    """What the options of a statement say. Errors: ``kind/mismatch``, ``name/duplicate``."""
     seen: set[str] = set()
     for option in statement.options:
         if option.name in seen:
             findings.error(
-                "syntax/duplicate-option",
+                "name/duplicate",
                 f"`.{option.name}` is stated twice",
                 option.span,
                 helps=(replacement("leave one of them out", option.span, ""),),

@@ -277,17 +277,15 @@ class Builder(ValueBuilder):
         """``left = right;``, ``left ~ right .speed(limit) .weak;``, ``left ~ .least;``."""
         left, comparison, right, *rest = pieces
         options = tuple(piece for piece in rest if isinstance(piece, Option))
-        toward, value = Toward.VALUE, right
-        if str(right) in (Toward.LEAST, Toward.MOST):
-            toward, value = Toward(str(right)), Number(Decimal(0), span=right.span)
+        toward = Toward(str(right)) if str(right) in (Toward.LEAST, Toward.MOST) else Toward.VALUE
+        value = Number(Decimal(0), span=right.span) if toward else right
         sides = bare(left), Comparison(comparison), bare(value)
         return Statement(*sides, options, toward, span=span_of(pieces[:-1]))
 
     def holding(self, pieces: Sequence[Piece]) -> Statement:
         """``value .holds;``."""
-        left, word, _ = pieces
-        stays = Number(Decimal(0), span=word.span)
-        return Statement(bare(left), Comparison.WISH, stays, toward=Toward.STAY, span=span_of(pieces[:-1]))
+        stays = Number(Decimal(0), span=pieces[1].span)
+        return Statement(bare(pieces[0]), Comparison.WISH, stays, toward=Toward.STAY, span=span_of(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
         """``.claim left = right .within(tolerance) .always;``, ``.goal … .weight(weight);``, ``.require …``."""

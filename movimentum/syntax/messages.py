@@ -152,7 +152,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         return "a place such as `[0, 0]` or `P + [10, 0]`"
     if names >= _VALUE:
         words.append("a value")
-        names -= _VALUE | {"RANGE"}
+        names -= _VALUE | {"RANGE", "FARTHEST"}
     if names >= _RELATIONS:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS

@@ -122,8 +122,7 @@ class Geneva:
         pushed = -(direction + self.half) + lag  # the wheel turns against the crank
         before = -2.0 * self.half * turn
         # it rests where it was left: as far as the pin has pushed it when it leaves the slot
-        angle = np.where(inside, np.degrees(before + pushed), np.nan)
-        return angle
+        return np.where(inside, np.degrees(before + pushed), np.nan)
 
     def dwell(self) -> tuple[float, float]:
         """Where the crank (radians) comes into a slot, and leaves it, without play."""

@@ -174,7 +174,7 @@ def test_a_geneva_drive_anywhere(place: Place) -> None:
 # --- ratchets
 
 
-def pawl(teeth: int, phase: float, drive: str, end: float, place: Place = Place(), fps: float = 25.0) -> str:
+def pawl(teeth: int, phase: float, drive: str, end: float, place: Place = PLACES[0], fps: float = 25.0) -> str:
     wheel = polygon("Wheel", (150.0, 100.0), ratchet_points(teeth, 50.0, 42.0, phase), place)
     return f"""
         .config({fps}, 300, 220);
@@ -269,7 +269,7 @@ def test_a_start_in_overlap_is_told_with_its_depth() -> None:
     with pytest.raises(mv.ScriptError) as told:
         mv.loads(text).solve()
     (error,) = [each for each in told.value.diagnostics if each.severity == "error"]
-    assert error.code == "contact/overlap"
+    assert error.code == "contact/start"
     assert "overlap by 7" in error.message
 
 

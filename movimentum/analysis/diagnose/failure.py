@@ -53,12 +53,9 @@ def failure_diagnostic(
         return away, 3
     if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
         return pushed
-    if (
-        trouble.kind is FailureKind.GAP
-        and trouble.block is not None
-        and _is_formula(segment_motion.plan.blocks[trouble.block])
-    ):
-        return _undefined(segment_motion, segment_motion.plan.blocks[trouble.block], trouble.begin, trouble.until), 3
+    block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
+    if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
+        return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
     if trouble.kind is FailureKind.GAP and (ended := given_up(segment_motion, trouble)) is not None:
         return ended, 3
     if trouble.kind is FailureKind.GAP and (bound := bind(motion, segment_motion, trouble, advice)) is not None:

@@ -21,9 +21,7 @@ SHOWN = 6
 """So many times are listed."""
 
 
-def push_failure(
-    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure
-) -> tuple[Diagnostic, int] | None:
+def push_failure(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int] | None:
     """The diagnostic for a motion that ends where something pushes, and the exit code; None for any other trouble."""
     if trouble.kind is FailureKind.SELECTOR and trouble.selector is not None:
         selector = segment_motion.plan.system.selectors[trouble.selector]
@@ -121,9 +119,9 @@ def _overlap(segment_motion: SegmentMotion, found: Overlapping, when: str) -> Di
         x, y = (number(v + s, 6) for v, s in zip(found.free, shift, strict=True))
         helps = (f"it is free with `{thing.name}.{thing.anchors[0].name}` at [{x}, {y}]",)
     return Diagnostic(
-        code="contact/overlap",
+        code="contact/start",
         severity=Severity.ERROR,
-        message=f"`{one.name}` and `{other.name}` overlap by {number(found.depth)} at t = {when}, where they begin to push",
+        message=f"`{one.name}` and `{other.name}` overlap by {number(found.depth)} at t = {when}, as they push",
         span=None if constraint is None else constraint.span,
         labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
         notes=("what pushes never lets things overlap, so they cannot begin so",),
@@ -159,7 +157,9 @@ def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
         first, *rest = [time_text(event.time) for event in events]
         begins = happening is Happening.BEGINS
         if names is None:
-            message = f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
+            message = (
+                f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
+            )
         else:
             message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
         notes: tuple[str, ...] = ()

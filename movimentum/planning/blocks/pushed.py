@@ -13,8 +13,9 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, substitute, symbol
 from movimentum.outlines.contour import Contour, put_in, slope
 from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of
-from movimentum.planning.blocks.kinds import Block, Body, Free, GapRow, PullRows, Pushing, PushRows
+from movimentum.planning.blocks.kinds import Block, Free, Pushing
 from movimentum.planning.blocks.masses import as_points
+from movimentum.planning.blocks.push_rows import GapRow, PullRows, PushRows, SkinBody
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import Inequality, Pull, Push, System
@@ -177,7 +178,9 @@ def pushed(block: Block, system: System, clocks: Clocks, size: float) -> Block:
     metric = metric_of(system, block.core, lambda t: _points(system, t, size))
     said = [push.value for push in pushes] + [push.rate for push in pushes if push.rate is not None]
     said += [value for pull in pulls for value in (*pull.values, *pull.drawn)]
-    reads = symbol_numbers(*said) | {n for gap in rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None}
+    reads = symbol_numbers(*said) | {
+        n for gap in rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None
+    }
     known = (reads | set(metric.coupled)) - members
     given: dict[str, Any] = {each.name: getattr(block, each.name) for each in fields(block)}
     given |= {"metric": metric, "identity": 0, "inputs": block.inputs | known, "moving": True}
@@ -188,16 +191,14 @@ def _push_rows(pushes: Sequence[Push], block: Free, system: System, clocks: Cloc
     values = [push.value for push in pushes]
     entries, slopes = slopes_of(values, block.core)
     wanted = [ZERO if push.rate is None else push.rate for push in pushes]
-    bodies: dict[GapSide, Body] = {}
+    bodies: dict[GapSide, SkinBody] = {}
 
-    def body(side: GapSide) -> Body:
+    def body(side: GapSide) -> SkinBody:
         if side not in bodies:
             bodies[side] = _body(system, side)
         return bodies[side]
 
-    gaps = tuple(
-        GapRow(k, body(first), body(second)) for k, push in enumerate(pushes) for first, second in push.pairs
-    )
+    gaps = tuple(GapRow(k, body(first), body(second)) for k, push in enumerate(pushes) for first, second in push.pairs)
     return PushRows(
         len(pushes),
         compiled(values, clocks),
@@ -220,18 +221,16 @@ def _pull_rows(pulls: Sequence[Pull], block: Free, clocks: Clocks) -> PullRows:
     for pull in pulls:
         stop = first + len(pull.values)
         own, their = slopes_of(pull.drawn, block.core)
-        for (i, j), slope in zip(own, their, strict=True):
+        for (i, j), rate in zip(own, their, strict=True):
             if block.core[j] in pull.about:
                 entries.append((first + i, j))
-                slopes.append(slope)
-        wishes.append(
-            (levels[pull.level], first, stop, pull.toward, pull.turns, pull.speed or inf, pull.constraint)
-        )
+                slopes.append(rate)
+        wishes.append((levels[pull.level], first, stop, pull.toward, pull.turns, pull.speed or inf, pull.constraint))
         first = stop
     return PullRows(len(values), compiled(values, clocks), compiled(slopes, clocks), tuple(entries), tuple(wishes))
 
 
-def _body(system: System, side: GapSide) -> Body:
+def _body(system: System, side: GapSide) -> SkinBody:
     """A side of a gap, in the frame of its thing."""
     thing = system.scene.things[side.thing]
     frame = system.frame(side.thing)
@@ -243,7 +242,7 @@ def _body(system: System, side: GapSide) -> Body:
     placed = _quick(skin.placed(*local, ax, -ay))
     ox, oy = frame.origin
     still = ox - system.shift[0], oy - system.shift[1], ax, ay
-    return Body(side, system.scene.things, frame, placed, (x, y, c, s), still)
+    return SkinBody(side, system.scene.things, frame, placed, (x, y, c, s), still)
 
 
 def _quick(skin: Skin) -> Skin:

@@ -6,7 +6,7 @@ where that is equivalent.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 
 from movimentum.expressions import (
     ONE,
@@ -30,6 +30,7 @@ from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.pushes import is_pull, lowered_pull, lowered_push, modulo_turn
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -55,8 +56,6 @@ from movimentum.scene.model import (
     VariableComponent,
 )
 from movimentum.scene.names import symbol_name
-from movimentum.syntax.tree import Toward
-from movimentum.things.kinds.disc import Round
 from movimentum.timeline.model import Segment
 
 Forms = Callable[[Constraint, Expr], Polynomial | None]
@@ -124,7 +123,8 @@ class SystemBuilder:
     def _gathered(self, lowered: Expr) -> Expr:
         return lowered if self.shift == (0.0, 0.0) else gathered(lowered)
 
-    def _difference(self, left: Expr, right: Expr) -> Expr:
+    def difference(self, left: Expr, right: Expr) -> Expr:
+        """Two lowered expressions' difference."""
         return self._gathered(sub(left, right))
 
     def _leaf(self, node: Expr) -> Expr | None:
@@ -314,7 +314,7 @@ class SystemBuilder:
         if constraint.touches:
             self._face_contacts(constraint)
         if constraint.pushes:
-            self._push(constraint)
+            self.pushes.append(lowered_push(self, constraint))
             self.constraint = None
             return
         pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
@@ -324,66 +324,21 @@ class SystemBuilder:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
                 self.selectors.append(
-                    Inequality(self._difference(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                    Inequality(self.difference(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
                 )
             case Relation.ABOVE:
                 self.selectors.append(
-                    Inequality(self._difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                    Inequality(self.difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
-            case Relation.WISH if constraint.is_pull:
-                self._pull(constraint, pairs)
+            case Relation.WISH if is_pull(constraint):
+                self.pulls.append(lowered_pull(self, constraint, pairs))
             case Relation.WISH:
-                errors = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
+                errors = tuple(modulo_turn(a, b, self.difference(a, b)) for a, b in pairs)
                 about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
                 self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
             case Relation.LARGEST | Relation.SMALLEST:
                 raise AssertionError("only goals are largest or smallest")
         self.constraint = None
-
-    def _push(self, constraint: Constraint) -> None:
-        """An inequality that pushes. The gap of things frees nothing: those that nothing else states stay."""
-        (left,), (right,), number = constraint.left, constraint.right, constraint.number
-        above = constraint.relation is Relation.ABOVE
-        if constraint.gaps:
-            there = [
-                pair for pair in constraint.gaps if all(self._is_there(side.thing) for side in pair)
-            ]
-            for side in (side for pair in there for side in pair if side.thing in self.frames):
-                if not isinstance(self.scene.things[side.thing].own, Round):
-                    for kind in (PoseCos, PoseSin):
-                        self.pose(side.thing, kind)  # an outline is seen to turn, where anchors are not
-            margin = self.lower(right)
-            parts = {kind(side.thing) for pair in there for side in pair for kind in (PoseX, PoseY, PoseCos, PoseSin)}
-            reads = {self.number_of[part] for part in parts if part in self.number_of} | symbol_numbers(margin)
-            self.pushes.append(Push(neg(margin), number, frozenset(reads), pairs=tuple(there)))
-            return
-        if left.op == "derivative":
-            value, rate = self.lower(left.args[0]), self.lower(right)
-            value, rate = (value, rate) if above else (neg(value), neg(rate))
-            self.pushes.append(Push(value, number, frozenset(symbol_numbers(value)), rate=rate))
-            return
-        sides = self.lower(left), self.lower(right)
-        value = self._difference(*(sides if above else sides[::-1]))
-        self.pushes.append(Push(value, number, frozenset(symbol_numbers(value))))
-
-    def _is_there(self, thing: int) -> bool:
-        """Whether a thing has appeared: there all along, or since some step until now."""
-        return self.scene.mentioned.get(thing, 0) <= self.segment.step
-
-    def _pull(self, constraint: Constraint, pairs: Sequence[tuple[Expr, Expr]]) -> None:
-        """A wish for the least, for the most, to stay, or below others."""
-        toward = constraint.toward
-        if toward is Toward.VALUE:
-            values = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
-        else:
-            values = tuple(neg(a) if toward is Toward.MOST else a for a, _ in pairs)
-        about = symbol_numbers(*(left for left, _ in pairs))
-        turns = all(isinstance(self.unknowns[n].payload, ThingAngle | Bearing) for n in about)
-        self.pulls.append(
-            Pull(
-                values, constraint.number, frozenset(about), toward, constraint.weakness, turns, constraint.speed
-            )
-        )
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
         """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""
@@ -402,7 +357,7 @@ class SystemBuilder:
         return self.forms(self.constraint, residual)
 
     def _equate(self, left: Expr, right: Expr, number: int) -> None:
-        residual = self._difference(left, right)
+        residual = self.difference(left, right)
         form = self._form(residual)
         if form is None:
             measure = along_line(left, right) or along_line(right, left)
@@ -422,14 +377,6 @@ class SystemBuilder:
             self.add_equation(cancelled(residual), form, number)
             return
         self.add_equation(residual, form, number)
-
-
-def _modulo_turn(left: Expr, right: Expr, error: Expr) -> Expr:
-    """What the sides of a wish differ by, ``error``; an angle between vectors is meant modulo a turn."""
-    if "atan2d" not in (left.op, right.op):
-        return error
-    half = const(180.0)
-    return sub(call("mod", add(error, half), const(360.0)), half)
 
 
 def can_be_seen_turning(thing: Thing) -> bool:

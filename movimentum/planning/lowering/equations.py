@@ -131,9 +131,9 @@ class Push:
 
 @dataclass(frozen=True, slots=True)
 class Pull:
-    """A wish below all others: ``values`` are to become zero, small, large or to stay, as ``toward`` says. ``weakness``:
-    see `scene.model.Constraint`. ``turns``: they are angles. ``about`` and ``speed``: see `Wish`. ``drawn``: the values
-    in what moves anchors (see `planning.blocks.wishes`).
+    """A wish below all others: ``values`` are to become zero, small, large or to stay, as ``toward`` says.
+    ``weakness``: see `scene.model.Constraint`. ``turns``: they are angles. ``about`` and ``speed``: see `Wish`.
+    ``drawn``: the values in what moves anchors (see `planning.blocks.wishes`).
     """
 
     values: tuple[Expr, ...]

@@ -147,8 +147,8 @@ class FreeVelocity:
     def changes(
         self, tau: float, x: FloatArray, read: Callable[[BlockProblem, FloatArray], FloatArray], after: bool = False
     ) -> tuple[FloatArray, BlockProblem]:
-        """How fast (q,) what is ``read`` changes if the block stands still at core values ``x`` (n,), and the problem at
-        ``tau``. ``read`` gives the values (F, q) of a problem at F instants, for core values (F, n).
+        """How fast (q,) what is ``read`` changes if the block stands still at core values ``x`` (n,), and the problem
+        at ``tau``. ``read`` gives the values (F, q) of a problem at F instants, for core values (F, n).
         """
         best = np.nan  # so that the first is taken, whatever its error
         changes, problem = np.zeros(0), None

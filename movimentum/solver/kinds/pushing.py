@@ -20,10 +20,11 @@ from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
 from movimentum.solver.pushing.contacts import Contacts
-from movimentum.solver.pushing.phases import Course, followed
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.phases import followed
 from movimentum.solver.pushing.start import pushed_apart
 from movimentum.solver.pushing.tracks import Phase, PushTrack
-from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED
+from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED, PUSH_ROUNDING
 
 NEWTON = NewtonKernel()
 
@@ -52,7 +53,7 @@ class PushingKernel(Kernel[Pushing]):
         """The track of a block, phase by phase; where it has no solution is added to ``gaps``."""
         until = ended(path, block, gaps)
         with np.errstate(all="ignore"):
-            course = Course(block, path.plan, probe_of(path, block), grid.tau, track_scale(path.plan, block))
+            course = PushCourse(block, path.plan, probe_of(path, block), grid.tau, track_scale(path.plan, block))
             track = followed(course, np.array(choice.values), grid.tau, until)
         if track.until < path.end and track.until < until:
             gaps.append(Gap(track.until, path.end, block.number))
@@ -106,7 +107,7 @@ def _on_contacts(
         off = np.where(np.isfinite(off), off, np.inf)
         better = off < error[going]
         best[going[better]] = x[going[better]]
-        go = better & (off > 1e-16) & (off < 0.5 * error[going])
+        go = better & (off > PUSH_ROUNDING) & (off < 0.5 * error[going])
         error[going] = np.where(better, off, error[going])
         if not go.any():
             break

@@ -10,7 +10,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray, first_of
 from movimentum.outlines.touching import KINDS, Pose, circles, measured, near
-from movimentum.planning.blocks.kinds import Body, GapRow, Pushing
+from movimentum.planning.blocks.kinds import Pushing
+from movimentum.planning.blocks.push_rows import GapRow, SkinBody
 from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem, Values
 
@@ -18,7 +19,7 @@ VALUE, RATE = -1, -2
 """The ``gap`` of a contact that is none of outlines: a value, or a rate, ``kind`` being its inequality."""
 
 
-class Contact(NamedTuple):
+class PartPair(NamedTuple):
     """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both skins, as
     ``kind`` says (see `outlines.touching`).
     """
@@ -55,10 +56,10 @@ class Contacts:
         self.known = tuple(sorted(numbers - self.place.keys()))
         self._known_place = {n: k for k, n in enumerate(self.known)}
         about = {gap.push for gap in self.rows.gaps}
-        self.plain = tuple(Contact(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
-        self.rates = tuple(Contact(RATE, k) for k in sorted(self.rows.rates))
+        self.plain = tuple(PartPair(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
+        self.rates = tuple(PartPair(RATE, k) for k in sorted(self.rows.rates))
 
-    def push(self, contact: Contact) -> int:
+    def push(self, contact: PartPair) -> int:
         """The place of its inequality."""
         return contact.kind if contact.gap < 0 else self.rows.gaps[contact.gap].push
 
@@ -85,11 +86,13 @@ class Contacts:
 
     def of_known(self, problem: BlockProblem, count: int) -> FloatArray:
         """(F, q) what is known of the poses of outlines."""
-        return np.stack([np.broadcast_to(problem.inputs[n], count) for n in self.known], axis=1) if self.known else (
-            np.zeros((count, 0))
+        return (
+            np.stack([np.broadcast_to(problem.inputs[n], count) for n in self.known], axis=1)
+            if self.known
+            else (np.zeros((count, 0)))
         )
 
-    def lines(self, contacts: Sequence[Contact], problem: BlockProblem, x: FloatArray) -> Lines:
+    def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
         """Contacts at one instant, for core values (1, n)."""
         count, n = len(contacts), x.shape[1]
         values, slopes = self.values(problem, x)[0], self.slopes(problem, x)[0]
@@ -131,9 +134,9 @@ class Contacts:
                         found.known[places, self._known_place[number]] += slope
         return found
 
-    def held(self, contacts: Sequence[Contact], problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def held(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The values (F, k) and slopes (F, k, n) of contacts at F instants."""
-        count, n = x.shape
+        count = len(x)
         every, all_slopes = self.values(problem, x), self.slopes(problem, x)
         pushes = [self.push(contact) for contact in contacts]
         values, slopes = every[:, pushes].copy(), all_slopes[:, pushes].copy()
@@ -160,14 +163,14 @@ class Contacts:
                         slopes[:, k, self.place[number]] += slope
         return values, slopes
 
-    def pose(self, body: Body, there: Values) -> Pose:
+    def pose(self, body: SkinBody, there: Values) -> Pose:
         """Where a side of a gap is."""
         return tuple(
             value if number is None else np.squeeze(there[number])[()] if np.size(there[number]) == 1 else there[number]
             for number, value in zip(body.numbers, body.still, strict=True)
         )
 
-    def poses(self, body: Body, there: Values, count: int) -> list[tuple[float, ...]]:
+    def poses(self, body: SkinBody, there: Values, count: int) -> list[tuple[float, ...]]:
         """Where a side of a gap is at ``count`` instants."""
         parts = [
             value if number is None else there[number] for number, value in zip(body.numbers, body.still, strict=True)
@@ -203,8 +206,8 @@ class Contacts:
                     found.append((kind, i, j))
         return found
 
-    def touching(self, problem: BlockProblem, x: FloatArray, within: float) -> list[Contact]:
-        """What touches at one instant (core values (1, n)): what is no farther apart than ``within``, and not deeper."""
+    def touching(self, problem: BlockProblem, x: FloatArray, within: float) -> list[PartPair]:
+        """What touches at one instant (core values (1, n)): no farther apart than ``within``, and not deeper."""
         values, there = self.values(problem, x)[0], problem.values(x)
         found = [contact for contact in self.plain if values[contact.kind] <= within]
         for g, gap in enumerate(self.rows.gaps):
@@ -213,10 +216,10 @@ class Contacts:
             for kind, i, j in self.near(g, one, other, 2.0 * within - margin):
                 touch = measured(kind, gap.first.skin, one, gap.second.skin, other, i, j)
                 close = (np.abs(touch.value + margin) <= within) & touch.there(within)
-                found += [Contact(g, kind, int(i[k]), int(j[k])) for k in np.nonzero(close)[0]]
+                found += [PartPair(g, kind, int(i[k]), int(j[k])) for k in np.nonzero(close)[0]]
         return [*found, *self.rates]
 
-    def things(self, contact: Contact) -> tuple[int, int] | None:
+    def things(self, contact: PartPair) -> tuple[int, int] | None:
         """The things of a contact of outlines."""
         if contact.gap < 0:
             return None

@@ -15,8 +15,16 @@ from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, shortest
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_DAMPING, PUSH_HOLDS, PUSH_MOVES, PUSH_RESTS, PUSH_UNSEEN, RANK_OF_ROWS
-
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PUSH_DAMPING,
+    PUSH_HOLDS,
+    PUSH_MOVES,
+    PUSH_RANK,
+    PUSH_RESTS,
+    PUSH_UNSEEN,
+    RANK_OF_ROWS,
+)
 
 NEARLY = 0.1
 """Of a velocity: how much an exact solution may differ from the one that tells what holds it."""
@@ -24,8 +32,7 @@ NEARLY = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Level:
-    """Wishes of one rank: their ``slopes`` (p, n), and how fast their values should change (p,) by the block's motion.
-    """
+    """Wishes of one rank: their ``slopes`` (p, n), and how fast their values should change (p,)."""
 
     slopes: FloatArray
     want: FloatArray
@@ -34,8 +41,8 @@ class Level:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instant:
-    """A block at an instant: the rows J v = ``want`` (m, n), the ``pull`` (n,) of what is known (see `Metric.pull`), the
-    ``levels`` of its wishes, the higher ones first, and the k inequalities ``pushes`` (k, n) v >= ``least`` (k,).
+    """A block at an instant: the rows J v = ``want`` (m, n), the ``pull`` (n,) of what is known (see `Metric.pull`),
+    the ``levels`` of its wishes, the higher ones first, and the k inequalities ``pushes`` (k, n) v >= ``least`` (k,).
     """
 
     metric: Metric
@@ -61,7 +68,7 @@ class Moved:
     tolerance: FloatArray
 
 
-class Linear:
+class Whitened:
     """An instant in the whitened unknowns: everything that is asked of it."""
 
     def __init__(self, now: Instant, held: Rows) -> None:
@@ -178,7 +185,7 @@ def _indifferent(along: FloatArray, slopes: FloatArray) -> FloatArray:
 
 def held(now: Instant, which: Rows) -> FloatArray:
     """The velocity (n,) with the inequalities ``which`` kept as equations, and no others."""
-    linear = Linear(now, which)
+    linear = Whitened(now, which)
     if not linear.finite:
         return np.full(len(linear.scale), np.nan)
     return without_rounding(linear.white @ linear.followed(), linear.scale)
@@ -193,7 +200,7 @@ def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
 def moved(now: Instant, guess: Rows | None = None) -> Moved:
     """The velocity that all inequalities allow; ``guess``: which of them may hold it."""
     none = np.zeros(0, dtype=np.intp)
-    free = Linear(now, none)
+    free = Whitened(now, none)
     if not free.finite:
         nowhere = np.full(len(now.least), np.nan)
         return Moved(np.full(len(free.scale), np.nan), nowhere, none, nowhere)
@@ -217,13 +224,13 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
     y, holding = free.lexicographic(guess)
     if y is None:
         return Moved(None, found.opening, holding, found.tolerance)
-    again = Linear(now, holding).followed()
+    again = Whitened(now, holding).followed()
     found = judged(again, holding)
     near = float(np.linalg.norm(again - y)) <= NEARLY * float(np.linalg.norm(y))
     return found if near and allowed(found) else judged(y, holding)
 
 
-def _as_guessed(linear: Linear, guess: Rows) -> FloatArray | None:
+def _as_guessed(linear: Whitened, guess: Rows) -> FloatArray | None:
     """The least y (n,) with just the inequalities of the ``guess`` holding it; None where one of them would pull."""
     rows = linear.pushes[guess] @ linear.free
     lacking = linear.now.least[guess] - linear.pushes[guess] @ linear.least
@@ -231,7 +238,7 @@ def _as_guessed(linear: Linear, guess: Rows) -> FloatArray | None:
     if not (lengths > 0.0).all():
         return None
     unit = rows / lengths[:, None]
-    forces = np.asarray(np.linalg.lstsq(unit @ unit.T, lacking / lengths, rcond=1e-13)[0], dtype=np.float64)
+    forces = np.asarray(np.linalg.lstsq(unit @ unit.T, lacking / lengths, rcond=PUSH_RANK)[0], dtype=np.float64)
     if (forces < -PUSH_HOLDS * float(np.max(np.abs(forces), initial=0.0))).any():
         return None
     return linear.least + linear.free @ (unit.T @ forces)

@@ -10,7 +10,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, const, substitute
-from movimentum.planning.blocks.kinds import Body, GapRow
+from movimentum.planning.blocks.push_rows import GapRow, SkinBody
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.records import dataclass
 from movimentum.scene.contact import contact_value
@@ -18,6 +18,7 @@ from movimentum.scene.leaves import ContactPair
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.pushing.contacts import Contacts
 from movimentum.timeline.joints import value_at
+from movimentum.tolerances import PUSH_HOLDS, PUSH_LOOK
 
 Placed = tuple[float, float, float]
 """The place of a thing's first anchor in the world, and how far it is turned (degrees)."""
@@ -37,9 +38,11 @@ class Overlapping:
     free: tuple[float, float] | None
 
 
-def overlapping(contacts: Contacts, there: Mapping[int, FloatArray], margins: FloatArray, least: float) -> list[Overlapping]:
-    """The gaps of a block that are deeper than ``least`` at one instant: ``there`` are the values by number, ``margins``
-    (K,) those of the inequalities.
+def overlapping(
+    contacts: Contacts, there: Mapping[int, FloatArray], margins: FloatArray, least: float
+) -> list[Overlapping]:
+    """The gaps of a block that are deeper than ``least`` at one instant: ``there`` are the values by number,
+    ``margins`` (K,) those of the inequalities.
     """
     found: list[Overlapping] = []
     for g, gap in enumerate(contacts.rows.gaps):
@@ -50,7 +53,7 @@ def overlapping(contacts: Contacts, there: Mapping[int, FloatArray], margins: Fl
         margin = float(margins[gap.push])
         if math.dist((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))) + margin > ar + br:
             continue
-        value = Gap(gap)
+        value = WholeGap(gap)
         places = [value.placed(body, tuple(map(float, pose))) for body, pose in ((gap.first, one), (gap.second, other))]
         depth = -(value.at(*places) + margin)
         if depth <= least:
@@ -63,11 +66,11 @@ def overlapping(contacts: Contacts, there: Mapping[int, FloatArray], margins: Fl
     return sorted(found, key=lambda item: -item.depth)
 
 
-def _is_free(contacts: Contacts, body: Body) -> bool:
+def _is_free(contacts: Contacts, body: SkinBody) -> bool:
     return any(n in contacts.place for n in body.numbers[:2] if n is not None)
 
 
-class Gap:
+class WholeGap:
     """The distance of two outlines over the whole of both, wherever they are."""
 
     def __init__(self, gap: GapRow) -> None:
@@ -76,13 +79,20 @@ class Gap:
         for body in (gap.first, gap.second):
             anchor = body.side.anchor
             t = body.thing
-            point = None if anchor is None else tuple(Expr("symbol", (), AnchorCoordinate(t, anchor, k)) for k in (0, 1))
+            point = (
+                None if anchor is None else tuple(Expr("symbol", (), AnchorCoordinate(t, anchor, k)) for k in (0, 1))
+            )
             sides.append(point)
-        pair = ContactPair(*(None if point is not None else body.thing for point, body in zip(sides, (gap.first, gap.second), strict=True)))
+        pair = ContactPair(
+            *(
+                None if point is not None else body.thing
+                for point, body in zip(sides, (gap.first, gap.second), strict=True)
+            )
+        )
         self.things = gap.first.things
         (self.value,) = contact_value("gap", pair, sides, self.things)
 
-    def placed(self, body: Body, pose: tuple[float, float, float, float]) -> Placed:
+    def placed(self, body: SkinBody, pose: tuple[float, float, float, float]) -> Placed:
         """A pose of its frame as one of the thing."""
         x, y, c, s = pose
         frame: BodyFrame = body.frame
@@ -117,9 +127,9 @@ class Gap:
         size = max(1.0, *(abs(v) for v in places[side][:2]))
         for _ in range(TRIES):
             value = self.at(*places) + margin
-            if value >= -1e-9 * size:
+            if value >= -PUSH_HOLDS * size:
                 return places[side][0], places[side][1]
-            step = 1e-6 * size
+            step = PUSH_LOOK * size
             slope = []
             for axis in (0, 1):
                 moved = list(places[side])
@@ -131,6 +141,6 @@ class Gap:
             if not 0.1 < length < np.inf:
                 return None
             x, y, turn = places[side]
-            far = -value + 1e-9 * size
+            far = -value + PUSH_HOLDS * size
             places[side] = x + far * slope[0] / length, y + far * slope[1] / length, turn
         return None

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_FEASIBLE, PUSH_HOLDS
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_FEASIBLE, PUSH_HOLDS, PUSH_RANK, PUSH_ROUNDING, PUSH_SLOPE
 
 Rows = NDArray[np.intp]
 
@@ -62,7 +62,7 @@ def non_negative(matrix: FloatArray, target: FloatArray, guess: Rows | None = No
         if (found > 0.0).all():
             passive[some] = True
             x[some] = found
-    tolerance = 1e-11 * float(np.max(np.abs(matrix), initial=1.0)) * max(float(np.max(np.abs(target))), 1.0)
+    tolerance = PUSH_SLOPE * float(np.max(np.abs(matrix), initial=1.0)) * max(float(np.max(np.abs(target))), 1.0)
     barred = np.zeros(n, dtype=np.bool_)
     for _ in range(3 * n + 10):
         slope = matrix.T @ (target - matrix @ x)
@@ -89,10 +89,10 @@ def non_negative(matrix: FloatArray, target: FloatArray, guess: Rows | None = No
             now = x[places]
             share = float(np.min(now[low] / np.maximum(now[low] - found[low], LEAST_DIVISOR)))
             x[places] = now + share * (found - now)
-            passive[places[x[places] <= 1e-15 * max(float(np.max(x)), LEAST_DIVISOR)]] = False
+            passive[places[x[places] <= PUSH_ROUNDING * max(float(np.max(x)), LEAST_DIVISOR)]] = False
             x[~passive] = 0.0
     return x
 
 
 def _solved(matrix: FloatArray, target: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.lstsq(matrix, target, rcond=1e-13)[0], dtype=np.float64)
+    return np.asarray(np.linalg.lstsq(matrix, target, rcond=PUSH_RANK)[0], dtype=np.float64)

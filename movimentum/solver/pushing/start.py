@@ -9,7 +9,7 @@ from movimentum.planning.blocks.kinds import Pushing
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.pushing.contacts import RATE, Contacts
 from movimentum.solver.pushing.law import Instant, moved
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_OVERLAP
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_OVERLAP, PUSH_SETTLED
 
 STEPS = 60
 LONGEST = 0.25
@@ -17,8 +17,8 @@ LONGEST = 0.25
 
 
 def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: float) -> FloatArray:
-    """The core values (n,) nearest to ``x``, which satisfy the equations, that satisfy the inequalities too. Where there
-    are none, some that do not. Outlines that overlap more than by rounding stay where they are.
+    """The core values (n,) nearest to ``x``, which satisfy the equations, that satisfy the inequalities too. Where
+    there are none, some that do not. Outlines that overlap more than by rounding stay where they are.
 
     Steps of sequential quadratic programming (Nocedal & Wright, ch. 18).
     """
@@ -48,6 +48,6 @@ def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: flo
             break
         step = float(np.max(np.abs(found.v) / problem.scale, initial=0.0))
         x = x + found.v * min(1.0, LONGEST / max(step, LEAST_DIVISOR))
-        if step <= 1e-14:
+        if step <= PUSH_SETTLED:
             break
     return x

@@ -8,6 +8,7 @@ from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.pushing.tracks import Happening, PushTrack
+from movimentum.tolerances import CONTACT_FLICKERS
 
 Pair = tuple[int, tuple[int, int] | None]
 """The number of the constraint, and the things."""
@@ -40,8 +41,8 @@ def push_tracks(motion: PathMotion) -> Iterator[tuple[float, Piece, PushTrack]]:
 
 
 def contact_events(motion: PathMotion) -> list[ContactEvent]:
-    """All that begins and ends, in order of time. What goes on from one step to the next neither ends nor begins; what a
-    step ends, does.
+    """All that begins and ends, in order of time. What goes on from one step to the next neither ends nor begins; what
+    a step ends, does.
     """
     found: list[ContactEvent] = []
     touching: dict[Pair, float] = {}
@@ -75,10 +76,6 @@ def contact_events(motion: PathMotion) -> list[ContactEvent]:
     return sorted(found, key=lambda event: (event.time, order.index(event.happening), event.push))
 
 
-AT_ONCE = 1e-6
-"""Time units: what ends and begins again, or begins and ends, within so little of it goes on, or is nothing."""
-
-
 def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
     """``events`` without those that are undone at once."""
     ends = (Happening.BEGINS, Happening.ENDS)
@@ -89,7 +86,7 @@ def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
         place = last.get(event.pair)
         if event.happening in ends and place is not None and place not in gone:
             before = kept[place]
-            if before.happening is not event.happening and event.time - before.time <= AT_ONCE:
+            if before.happening is not event.happening and event.time - before.time <= CONTACT_FLICKERS:
                 gone.add(place)
                 del last[event.pair]
                 continue

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.pushing.contacts import Contact
+from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.overlap import Overlapping
 
 
@@ -37,7 +37,7 @@ class Phase:
     """From ``begin`` on these contacts are ``held``, at these values."""
 
     begin: float
-    held: tuple[Contact, ...]
+    held: tuple[PartPair, ...]
     at: tuple[float, ...]
 
 
