@@ -104,7 +104,7 @@ def swept(family: Family, values: Floats) -> tuple[float, Floats, float]:
 
     def work() -> tuple[Any, Any]:
         solver = job.family()
-        return solver.rows(values), solver
+        return solver.rows(np.arange(len(values))), solver
 
     seconds, (rows, solver) = timed(work)
     return seconds, rows.measures[:, 0], solver.together / (solver.together + solver.alone)
@@ -219,7 +219,7 @@ def measure_failing(rounds: int, count: int = 600) -> None:
                 mv.loads(SWUNG).source, Choices(), VariantGrid((axis,)), read_measures([("w", ".range(Plat.A.x)")])
             )
             solver = job.family()
-            seconds, rows = timed(lambda solver=solver, values=values: solver.rows(values))
+            seconds, rows = timed(lambda solver=solver: solver.rows(np.arange(count)))
             shares = np.bincount(rows.outcomes, minlength=4) / count
             found.setdefault((low, high), []).append((seconds / count, shares, solver.alone / count))
             single = job.family()

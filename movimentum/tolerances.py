@@ -471,6 +471,14 @@ EDGES_CROSS = 1e-3
 """Of the smaller outline's size: how deep edges count as that cross while no corner is in the other outline; enough to
 tell it from touching. Roots do not depend on it.
 """
+EDGES_MEET = 1e-9
+"""Of the size of outlines that become one: points that are so near are one, and edges lie on each other; above the
+rounding of crossings (1e-13), below what can be meant.
+"""
+EDGES_CROSS_AT = 1e-4
+"""Radians: edges that meet at less touch, and do not cross: they are within `EDGES_MEET` for about its square root."""
+EDGE_IS_ARC = 1e-13
+"""Of an edge's size: an edge that is nowhere farther from an arc is one, by rounding."""
 STAYS_PINNED = 1e-9
 """Of the scene's coordinates: anchors that are never farther apart share a pin."""
 LINE_TURNS_BACK = 1e-6
@@ -625,6 +633,9 @@ NO_CURVATURE = 1e-8
 """Of the largest curvature of a fit: what is less is rounding of the differences that give it."""
 SLOPE_STEP = 1e-6
 """Of a constant's interval: how far apart the variants are of which slopes are differences."""
+SLOPE_STEP_OF_FREE_MOTION = 1e-4
+"""The same where free motion is integrated: its paths are right to some 1e-8 of the scene, and the next variant may
+have other steps. A millionth of an interval would be lost in that."""
 SLOPES_AGREE = 1e-4
 """Of the largest slope: what those by the equations and by differences may differ."""
 SINGULAR_FOR_SLOPES = 1e-18
@@ -853,6 +864,9 @@ GUESSED_DIRECTION = 1e-9
 
 SHORTEST_STRETCH = 1e-9
 """Between two change points that are nearer than this share of a step there is no motion to prove anything of."""
+
+INDEPENDENT_EQUATIONS = 1e-8
+"""Equations scaled to one size determine as many unknowns where the last pivot is at least this share of the first."""
 
 APART_IN_NAME_ONLY = 2e-13
 """By about which share a constant that keeps its name is told apart from all other numbers: nothing else notices."""

@@ -18,21 +18,23 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
 from movimentum.expressions import ZERO, Expr, add
 from movimentum.planning.blocks.kinds import Block, Integral, Winding
-from movimentum.planning.blocks.velocities import BlockRows
+from movimentum.planning.blocks.velocities import BlockRows, rows_of
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PosePart, unknown_number
 from movimentum.planning.plan import Plan
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.path.removable import evaluated
-from movimentum.tolerances import JUMP_IN_TUBE, ROOM_AT_INSTANT, ROOM_IN_TUBE, UNIT_ROUNDOFF
+from movimentum.tolerances import INDEPENDENT_EQUATIONS, JUMP_IN_TUBE, ROOM_AT_INSTANT, ROOM_IN_TUBE, UNIT_ROUNDOFF
 
 TRIES = 4
 """How often a tube is made wider before it is cut into two."""
+CHOICES = 4
+"""How many choices of independent equations are tried where there are more than unknowns."""
 ENTRIES = 4_000_000
 """Numbers that a matrix of all intervals may have at a time."""
 BESIDE = 90.0
@@ -105,6 +107,9 @@ class Encloser:
     _still: dict[int, tuple[TimeForm, FloatArray]] = field(default_factory=dict[int, "tuple[TimeForm, FloatArray]"])
     _closed: dict[int, Expr | None] = field(default_factory=dict[int, "Expr | None"])
     _stuck: set[int] = field(default_factory=set[int])
+    _rows: dict[tuple[int, float], BlockRows | None] = field(
+        default_factory=dict[tuple[int, float], "BlockRows | None"]
+    )
 
     def __post_init__(self) -> None:
         self.evaluator = Evaluator(self.forms)  # pyright: ignore[reportArgumentType] - numbers of its own
@@ -173,6 +178,39 @@ class Encloser:
         """The unknowns of the needed blocks."""
         return {n for number in self.needed for n in self.plan.blocks[number].unknowns}
 
+    def rows(self, block: Block, at: float | None = None) -> BlockRows | None:
+        """A block's equations as they were stated; of more than it has unknowns as many independent ones (``at`` an
+        offset: others may be independent elsewhere); None where there are fewer. What the rest say follows from these,
+        or no film would meet them.
+        """
+        at = 0.5 * (self.piece.begin + self.piece.end) if at is None else at
+        rows = self.plan.stated_rows(block)
+        if len(rows.residuals) <= len(rows.unknowns):
+            return None if block.free else rows
+        if (block.number, at) not in self._rows:
+            self._rows[block.number, at] = self._independent(block, rows, at)
+        return self._rows[block.number, at]
+
+    def _independent(self, block: Block, rows: BlockRows, at: float) -> BlockRows | None:
+        from scipy.linalg import qr
+
+        middle = np.array([at])
+        state, _ = evaluated(self.piece, self.piece.instants(middle))
+        tubes = Tubes(middle, middle, np.full(1, -1.0), np.zeros(1, dtype=np.bool_))
+        for n, value in enumerate(state):
+            if value is not None:
+                tubes.forms[n] = TimeForm(np.ravel(value)[:1], np.zeros(1), np.zeros(1))
+        matrix = np.zeros((len(rows.residuals), len(rows.unknowns)))
+        for (i, j), slope in zip(rows.entries, self.values(rows.slopes, tubes), strict=True):
+            matrix[i, j] = slope.c[0] * scale_of(self.plan, rows.unknowns[j : j + 1])[0]
+        matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), UNIT_ROUNDOFF)
+        factor: Any = qr(matrix.T, mode="r", pivoting=True)
+        pivots = np.abs(np.diag(factor[0]))
+        if not np.isfinite(pivots).all() or pivots[-1] < INDEPENDENT_EQUATIONS * pivots[0]:
+            return None
+        kept = sorted(int(k) for k in factor[1][: len(rows.unknowns)])
+        return rows_of(self.plan.system, replace(block, equations=tuple(block.equations[k] for k in kept)))
+
     def values(self, expressions: Sequence[Expr], found: Tubes) -> list[TimeForm]:
         """Expressions of enclosed unknowns."""
         return self.evaluator.values(ordered(expressions), expressions, self._leaf(found, {}))
@@ -236,21 +274,27 @@ class Encloser:
 
     def _solve(self, block: Block, found: Tubes, guess: Guess) -> tuple[BoolArray, FloatArray]:
         """Where Krawczyk's operator finds a solution, (N,), and how far the equations may jump."""
-        rows = self.plan.stated_rows(block)
-        unknowns, count, order = rows.unknowns, len(found.begin), len(rows.unknowns)
+        unknowns, count, order = block.unknowns, len(found.begin), len(block.unknowns)
         c, s, bend = (np.stack([part[n] for n in unknowns], axis=-1) for part in (guess.c, guess.s, guess.bend))
         room = ROOM_AT_INSTANT if (found.begin == found.end).all() else ROOM_IN_TUBE
         room = room * np.maximum(scale_of(self.plan, unknowns), np.abs(c))
         r, region = np.full_like(c, np.inf), np.zeros_like(c)
         good, jump = np.zeros(count, dtype=np.bool_), np.zeros(count)
         step = max(1, ENTRIES // (order * order))
-        for first in range(0, count if len(rows.residuals) == order else 0, step):
-            part = found.good & (np.arange(count) // step == first // step)
-            if part.any():
-                own: dict[int, TimeForm] = {}
-                leaf = self._leaf(found, own, None if part.all() else part)
-                one = self._contracted(rows, leaf, own, c[part], s[part], bend[part], room[part])
-                r[part], region[part], good[part], jump[part] = one
+        rows = self.rows(block)
+        for _ in range(CHOICES):
+            for first in range(0, 0 if rows is None else count, step):
+                part = found.good & ~good & (np.arange(count) // step == first // step)
+                if rows is not None and part.any():
+                    own: dict[int, TimeForm] = {}
+                    leaf = self._leaf(found, own, None if part.all() else part)
+                    one = self._contracted(rows, leaf, own, c[part], s[part], bend[part], room[part])
+                    r[part], region[part], good[part], jump[part] = one
+            failed = np.flatnonzero(found.good & ~good)
+            if rows is None or not len(failed) or len(self.plan.stated_rows(block).residuals) == order:
+                break
+            k = failed[len(failed) // 2]
+            rows = self.rows(block, float(0.5 * (found.begin[k] + found.end[k]))) or rows
         for j, n in enumerate(unknowns):
             found.forms[n], found.region[n] = TimeForm(c[:, j], s[:, j], r[:, j]), region[:, j]
         return good, jump

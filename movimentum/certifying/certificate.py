@@ -319,7 +319,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
     match block:
         case Free() if block.wishes is not None:
             return f"a wish draws {names}: it is as near as can be, and solves no equation"
-        case Free():
+        case Free() if encloser.rows(block) is None:
             return f"{names} moves freely: there is no one exact motion"
         case Ode():
             return f"a differential equation moves {names}"
@@ -331,9 +331,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
             rows = encloser.plan.stated_rows(block)
             if any(node.op in NOT_ENCLOSED for node in rows.nodes):
                 return f"{names} follows a table or an outline"
-            return (
-                None if block.moving or len(rows.residuals) == len(rows.unknowns) else f"{names} is free to be anywhere"
-            )
+            return None if block.moving or encloser.rows(block) is not None else f"{names} is free to be anywhere"
 
 
 def _names(encloser: Encloser, block: Block) -> str:

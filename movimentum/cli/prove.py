@@ -52,7 +52,7 @@ Exit codes:
     default=10.0,
     show_default=True,
     metavar="N",
-    help="Give up after so many seconds in all; what is not decided by then is unknown.",
+    help="Give up after so many seconds of computing; what is not decided by then is unknown.",
 )
 @click.option(
     "--all-lengths",

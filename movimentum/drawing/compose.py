@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from movimentum.cancellation import look
 from movimentum.drawing.figures import body_parts, covers, drawn_points, is_plain, pins
 from movimentum.drawing.model import (
     DiscMark,
@@ -80,6 +81,7 @@ def _on(matte: Color, mark: ThingMark | FilmMark) -> ThingMark | FilmMark:
 def _things(scene: Scene, backdrop: bool = False) -> Iterator[ThingMark | FilmMark]:
     """The marks of the script's things, or of those of a picture only (`drawing.backdrop`), which have no name."""
     for number in scene.drawing_order():
+        look()
         thing = scene.things[number]
         if bool(thing.name) is not backdrop and not thing.hidden and not _over(scene, thing):
             under = _supports(scene, thing) if thing.look.fixed and not _covered(scene, thing) else ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,11 @@ from movimentum.drawing.parts import FigurePart, PartForm, Point, arc_through, c
 from movimentum.scene.model import Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Look
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.sector import Annular, Wedge
+
+if TYPE_CHECKING:  # few films have any
+    from movimentum.outlines.contour import Contour
 
 PIN_EDGE = 1.6
 OPEN_CURVE = 2.0
@@ -158,6 +163,20 @@ def _curve(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     return (FigurePart(PartForm.STROKE, points, look.outline or OPEN_CURVE, color, False, look.dash, look.cap),)
 
 
+def _body(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
+    assert isinstance(thing.own, Composite)
+    x, y = points[0]
+
+    def drawn(ring: Contour) -> tuple[Point, ...]:
+        return tuple((x + u, y + v) for u, v in ring.drawn)
+
+    found: list[FigurePart] = []
+    for outer, *holes in thing.own.pieces:
+        inner = tuple(_counter_clockwise(drawn(hole))[::-1] for hole in holes)
+        found += outlined(_counter_clockwise(drawn(outer)), _edge(thing.look), holes=inner)
+    return tuple(found)
+
+
 def _ground(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     return support(points[0], thing.look.size, thing.look.width, thing.look.pin_fill, thing.look.ink)
 
@@ -198,6 +217,7 @@ FIGURES: dict[str, Callable[[Thing, tuple[Point, ...]], tuple[FigurePart, ...]]]
     "ring": _ring,
     "sector": _sector,
     "bezier": _bezier,
+    "body": _body,
     "ground": _ground,
 }
 """The word of a kind of body -> what a thing of it consists of, by the points that it is drawn through."""

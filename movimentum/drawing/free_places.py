@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from movimentum.drawing.motion import link_points
 from movimentum.drawing.parts import PartForm
 from movimentum.drawing.symbols import moving_parts, symbol_points
 from movimentum.drawing.texts import written
-from movimentum.records import replace
+from movimentum.records import dataclass, replace
 from movimentum.solver.poses import Poses
 from movimentum.things.kinds.label import LABEL, Beside
 from movimentum.tolerances import LEAST_DIVISOR
@@ -72,7 +73,7 @@ def with_places(marks: Sequence[ThingMark], poses: Poses) -> list[ThingMark]:
     frames = len(poses.frames)
     keep = max(1, min(frames, int(_TESTS / max(1, candidates * lines.shape[1]))))
     chosen = np.unique(np.linspace(0, frames - 1, keep).round().astype(np.int64))
-    some, lines = poses.select(chosen), lines[chosen]
+    some, lines = poses.select(chosen), _Lines.of(lines[chosen])
     fixed = [*_fixed_boxes(marks, some)]
     taken = np.full((len(fixed) + len(waiting), len(some.frames), 4), np.nan)
     taken[: len(fixed)] = np.array(fixed).reshape(-1, len(some.frames), 4)
@@ -93,25 +94,49 @@ def _own(mark: SymbolMark) -> Beside:
     return mark.own
 
 
-def _spots(mark: SymbolMark) -> list[tuple[Spot, float]]:
+@cache
+def _spots(leader: bool) -> tuple[tuple[Spot, float], ...]:
     """The places that are tried, the first choice first, with what each costs by itself."""
     found: list[tuple[Spot, float]] = []
-    for far, distance in enumerate(_LED if _own(mark).leader else _NEAR):
+    for far, distance in enumerate(_LED if leader else _NEAR):
         for turning in (False, True):
             for late, degrees in enumerate(_DIRECTIONS):
                 direction = (math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))
                 cost = _FARTHER * far + _TURNING * turning + _LATER * late
                 found.append((Spot(direction, distance, turning), cost))
-    return found
+    return tuple(found)
 
 
-def _placed(mark: SymbolMark, poses: Poses, lines: FloatArray, taken: FloatArray) -> tuple[Spot, FloatArray]:
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """Lines (F, S, 4), and the least and the greatest of their coordinates (2, F, S)."""
+
+    ends: FloatArray
+    least: FloatArray
+    greatest: FloatArray
+
+    @classmethod
+    def of(cls, ends: FloatArray) -> _Lines:
+        begin, end = (np.ascontiguousarray(np.moveaxis(part, -1, 0)) for part in (ends[..., :2], ends[..., 2:]))
+        return cls(ends, np.minimum(begin, end), np.maximum(begin, end))
+
+    def near(self, low: FloatArray, high: FloatArray) -> _Lines:
+        """Those that reach into the boxes from ``low`` to ``high`` (F, 2) in any frame."""
+        apart = np.zeros(self.ends.shape[:2], dtype=np.bool_)
+        for axis in (0, 1):
+            apart |= self.least[axis] > high[:, axis, None]
+            apart |= self.greatest[axis] < low[:, axis, None]
+        some = np.flatnonzero(~apart.all(axis=0))
+        return _Lines(self.ends[:, some], self.least[:, :, some], self.greatest[:, :, some])
+
+
+def _placed(mark: SymbolMark, poses: Poses, every: _Lines, taken: FloatArray) -> tuple[Spot, FloatArray]:
     """The best place of a label, and (F, 4) the box that it then has."""
     at = symbol_points(mark, poses)[:, 0]
     size = mark.size
     texts = written(mark.text or (), mark.paint.thing, poses)
     half = np.array([[broad(text, size) / 2.0, 0.5 * size] for text in texts])
-    spots = _spots(mark)
+    spots = _spots(_own(mark).leader)
     c, s = np.moveaxis(poses.direction[mark.through[0][0]], -1, 0)
     directions = np.array([spot.direction for spot, _ in spots])[:, None, :]
     x, y = directions[..., 0], directions[..., 1]
@@ -123,10 +148,11 @@ def _placed(mark: SymbolMark, poses: Poses, lines: FloatArray, taken: FloatArray
     middle = at + away * reach[..., None]
     boxes = np.concatenate([middle - half, middle + half], axis=-1)  # (candidates, F, 4)
     cost = np.array([each for _, each in spots])
-    some = max(1, int(_TOGETHER / max(1, lines.shape[0] * lines.shape[1])))
+    low, high = boxes[..., :2].min(axis=0), boxes[..., 2:].max(axis=0)
+    lines = every.near(low, high)
+    some = max(1, int(_TOGETHER / max(1, lines.least[0].size)))
     parts = [_crossed(boxes[first : first + some], lines) for first in range(0, len(boxes), some)]
     cost = cost + np.concatenate(parts)
-    low, high = boxes[..., :2].min(axis=0), boxes[..., 2:].max(axis=0)
     near = ((taken[..., :2] < high) & (taken[..., 2:] > low)).all(axis=-1).any(axis=-1)
     if near.any():
         others, each = taken[np.flatnonzero(near)[-_NEIGHBOURS:]], boxes[:, None]
@@ -136,16 +162,22 @@ def _placed(mark: SymbolMark, poses: Poses, lines: FloatArray, taken: FloatArray
     return spots[best][0], boxes[best]
 
 
-def _crossed(box: FloatArray, lines: FloatArray) -> FloatArray:
-    """(C,) the mean length of the lines (F, S, 4) inside boxes (C, F, 4), in each frame (Liang and Barsky 1984)."""
-    begin, along = lines[..., :2], lines[..., 2:] - lines[..., :2]
-    safe = np.where(np.abs(along) < LEAST_DIVISOR, LEAST_DIVISOR, along)
-    first, second = (box[:, :, None, :2] - begin) / safe, (box[:, :, None, 2:] - begin) / safe
-    enter = np.maximum(np.minimum(first, second).max(axis=-1), 0.0)
-    leave = np.minimum(np.maximum(first, second).min(axis=-1), 1.0)
-    length = np.hypot(along[..., 0], along[..., 1])
-    crossed: FloatArray = (np.maximum(leave - enter, 0.0) * length).sum(axis=-1).mean(axis=-1)
-    return crossed
+def _crossed(box: FloatArray, lines: _Lines) -> FloatArray:
+    """(C,) the mean length of lines inside boxes (C, F, 4), in each frame (Liang and Barsky 1984)."""
+    left, bottom, right, top = np.moveaxis(box[:, :, None], -1, 0)
+    (least_x, least_y), (greatest_x, greatest_y) = lines.least, lines.greatest
+    near = (least_x <= right) & (greatest_x >= left) & (least_y <= top) & (greatest_y >= bottom)
+    which, frame, line = np.nonzero(near)
+    ends, sides = lines.ends[frame, line].T, box[which, frame].T
+    enter, leave = np.zeros(len(which)), np.ones(len(which))
+    for axis in (0, 1):
+        along = ends[axis + 2] - ends[axis]
+        along[np.abs(along) < LEAST_DIVISOR] = LEAST_DIVISOR
+        first, second = (sides[axis] - ends[axis]) / along, (sides[axis + 2] - ends[axis]) / along
+        np.maximum(enter, np.minimum(first, second), out=enter)
+        np.minimum(leave, np.maximum(first, second), out=leave)
+    length = np.maximum(leave - enter, 0.0) * np.hypot(ends[2] - ends[0], ends[3] - ends[1])
+    return np.bincount(which, length, len(box)) / box.shape[1]
 
 
 def _fixed_boxes(marks: Sequence[ThingMark], poses: Poses) -> Iterator[FloatArray]:

@@ -240,6 +240,9 @@ def _boxes(mark: BodyMark, poses: Poses, points: Sequence[Point], reach: float) 
 def paint_over(paint: Paint, poses: Poses) -> tuple[FloatArray, FloatArray]:
     """(F,) opacity, 0 where the thing is not visible, and (F, 3) colour in whole numbers: `paint_at` of all frames."""
     count = len(poses.frames)
+    if not poses.properties and paint.slot is None:
+        alike = np.full(count, min(max(paint.opacity, 0.0), 1.0))
+        return np.where(poses.visible[paint.thing], alike, 0.0), np.full((count, 3), paint.color, dtype=np.float64)
     opacity = poses.properties.get((paint.thing, "opacity"), np.full(count, paint.opacity))
     columns = [
         np.full(count, float(own)) if values is None else np.rint(np.clip(values, 0.0, 255.0))

@@ -11,7 +11,6 @@ from movimentum.scene.model import AnchorRef, Scene, Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Color
 from movimentum.things.kinds.label import LABEL
-from movimentum.things.kinds.skeleton import SKELETON
 from movimentum.things.kinds.sprite import SPRITE
 
 _RADIUS = 3.6
@@ -20,14 +19,14 @@ _TINT = 0.86
 
 def joints_of(scene: Scene, thing: Thing) -> frozenset[int]:
     """The numbers of a thing's anchors that joints use."""
-    return frozenset(ref.anchor for ref in scene.joints if ref.thing == thing.number)
+    return scene.joints.get(thing.number, frozenset())
 
 
 def skeleton_of(scene: Scene, thing: Thing) -> Thing | None:
     """The skeleton that shows a thing, if one does: the first that names it, or that names none."""
     if not thing.is_body or thing.kind in (LABEL, SPRITE) or thing.kind.valued or len(thing.anchors) < 1:
         return None
-    found = (each for each in scene.things if each.kind is SKELETON and not each.hidden)
+    found = (each for each in map(scene.things.__getitem__, scene.skeletons) if not each.hidden)
     return next((each for each in found if thing.number in each.about or not each.about), None)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import TypeAlias
 
 import numpy as np
@@ -19,7 +19,7 @@ from movimentum.drawing.cords import cord
 from movimentum.drawing.figures import support
 from movimentum.drawing.graphs import dot
 from movimentum.drawing.labels import broad, label_place, leader
-from movimentum.drawing.laid import columns, frame, laid, line, own_of, placed, stroke
+from movimentum.drawing.laid import columns, frame, laid, line, own_of, stroke
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
@@ -28,6 +28,7 @@ from movimentum.drawing.texts import number_text, written
 from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
+from movimentum.things.kind import Color
 from movimentum.things.kinds.arc import Angle
 from movimentum.things.kinds.dimension import Distance
 from movimentum.things.kinds.label import LABEL
@@ -216,8 +217,15 @@ def _arrow(mark: SymbolMark, points: FloatArray, shown: BoolArray, poses: Poses)
 
 
 def _ground(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
-    for part in support((0.0, 0.0), mark.size, mark.width, mark.fill, mark.ink):
-        yield placed(part, points[:, 0], shown)
+    for style, corners in _support(mark.size, mark.width, mark.fill, mark.ink):
+        yield MovingPart(style, points[:, :1] + corners, shown)
+
+
+@lru_cache(maxsize=32)
+def _support(size: float, width: float, inside: Color, ink: Color | None) -> tuple[tuple[FigurePart, FloatArray], ...]:
+    """The parts of a support under a pin at the origin, of which a film has many: their styles and points (P, 2)."""
+    parts = support((0.0, 0.0), size, width, inside, ink)
+    return tuple((replace(part, points=()), np.array(part.points)) for part in parts)
 
 
 def _polyline(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 from movimentum.equations.printing import EXCEL, GEOGEBRA, Printer, desmos_printer, formula_printer
@@ -18,6 +18,14 @@ from movimentum.equations.program import (
     NoProgram,
     needed,
 )
+
+STEPS = 5
+"""Newton's steps: each doubles the number of digits, and they start within `NEAR` of the range of the path."""
+NEAR = 0.01
+PIECES = 40
+"""The most straight lines of a start: Excel nests 64 conditions."""
+LARGEST = 3
+"""Unknowns of a system whose steps are written out."""
 
 GEOGEBRA_NAMES = frozenset(["x", "y", "z", "e", "i", "pi"])
 """Names that are taken there."""
@@ -53,7 +61,7 @@ def _flat(program: MotionProgram, language: str) -> Iterator[tuple[str, Any]]:
                     near = _between(one.times, one.values, tau, sympy)
                     yield renamed(one.name), angle + 360 * sympy.floor((near - angle) / 360 + sympy.Rational(1, 2))
                 case NewtonLoop():
-                    raise NoProgram(f"`{one.names[0]}` takes a Newton loop, for which {language} has no place")
+                    yield from _unrolled(one, tau, own, renamed, language)
         results.append([each.xreplace(own) for each in stage.outputs])
     for k, name in enumerate(program.names):
         cases = [(results[i][k], t < program.stages[i + 1].start) for i in range(len(results) - 1)]
@@ -61,18 +69,80 @@ def _flat(program: MotionProgram, language: str) -> Iterator[tuple[str, Any]]:
         yield f"out_{identifier(name)}", sympy.Piecewise(*cases, (last, True)) if cases else last
 
 
+def _unrolled(
+    loop: NewtonLoop, tau: Any, own: dict[Any, Any], renamed: Callable[[str], str], language: str
+) -> Iterator[tuple[str, Any]]:
+    """Newton's method in `STEPS` steps, each a formula for every unknown (by Cramer's rule). What starts with ``last``
+    is the size of the last step: where it is not tiny, the result is not what it should be.
+    """
+    import sympy as library
+
+    sympy: Any = library
+    m = len(loop.names)
+    if m > LARGEST:
+        raise NoProgram(f"`{loop.names[0]}` is found with {m - 1} others by Newton's method: too many for {language}")
+    unknowns = [sympy.Symbol(name, real=True) for name in loop.names]
+    now: list[Any] = []
+    for k, name in enumerate(loop.names):
+        yield f"{renamed(name)}_step0", _straight(loop.times, [row[k] for row in loop.values], tau, sympy)
+        now.append(sympy.Symbol(f"{own[unknowns[k]]}_step0", real=True))
+    stem, steps = str(own[unknowns[0]]), list[Any]()
+    for step in range(1, STEPS + 1):
+        put = {**own, **dict(zip(unknowns, now, strict=True))}
+
+        def named(kind: str, value: Any, step: int = step, put: dict[Any, Any] = put) -> tuple[str, Any]:
+            return f"{stem}_{kind}_step{step}", sympy.sympify(value).xreplace(put)
+
+        rows = sympy.zeros(m, m + 1)
+        for i, j in product(range(m), range(m + 1)):
+            one = named(f"r{i}" if j == m else f"s{i}{j}", loop.residuals[i] if j == m else loop.slopes[i][j])
+            yield one
+            rows[i, j] = sympy.Symbol(one[0], real=True)
+        yield (whole := named("d", rows[:, :m].det(method="berkowitz")))
+        steps = []
+        for j, name in enumerate(map(str, (own[each] for each in unknowns))):
+            column = rows[:, :m].copy()
+            column[:, j] = rows[:, m]
+            one = named(f"u{j}", column.det(method="berkowitz") / sympy.Symbol(whole[0], real=True))
+            yield one
+            steps.append(sympy.Symbol(one[0], real=True))
+            end = name if step == STEPS else f"{name}_step{step}"
+            yield end, now[j] - steps[j]
+            now[j] = sympy.Symbol(end, real=True)
+    yield f"last_{stem}", sympy.Max(*map(sympy.Abs, steps))
+
+
+def _straight(times: Sequence[float], values: Sequence[float], tau: Any, sympy: Any) -> Any:
+    """Straight lines that a table is near to, at most `PIECES` of them."""
+    share = NEAR
+    while len(kept := _corners(times, values, share * (max(values) - min(values)))) > PIECES + 1:
+        share *= 1.5
+    return _between([times[k] for k in kept], [values[k] for k in kept], tau, sympy, every=True)
+
+
+def _corners(times: Sequence[float], values: Sequence[float], allowed: float) -> list[int]:
+    """Places of a table between which straight lines are at most so far off it."""
+    kept = [0]
+    for k in range(2, len(times)):
+        a = kept[-1]
+        slope = (values[k] - values[a]) / (times[k] - times[a] or 1.0)
+        if any(abs(values[a] + slope * (times[j] - times[a]) - values[j]) > allowed for j in range(a + 1, k)):
+            kept.append(k - 1)
+    return [*kept, len(times) - 1] if len(times) > 1 else kept
+
+
 def _table(times: Sequence[float], values: Sequence[float], tau: Any, sympy: Any) -> Any:
     cases = [(sympy.Float(v), tau < sympy.Float(end)) for v, end in zip(values, times[1:], strict=False)]
     return sympy.Piecewise(*cases, (sympy.Float(values[-1]), True)) if cases else sympy.Float(values[0])
 
 
-def _between(times: Sequence[float], values: Sequence[float], tau: Any, sympy: Any) -> Any:
-    """A few straight lines that a continuous angle is near to (within a quarter of a turn)."""
+def _between(times: Sequence[float], values: Sequence[float], tau: Any, sympy: Any, *, every: bool = False) -> Any:
+    """A few straight lines that a continuous angle is near to (within a quarter of a turn), or ``every`` one."""
     if len(times) == 1:
         return sympy.Float(values[0])
     kept = [0]
     for k in range(1, len(times)):
-        if k + 1 == len(times) or abs(values[k + 1] - values[kept[-1]]) > 60.0:
+        if every or k + 1 == len(times) or abs(values[k + 1] - values[kept[-1]]) > 60.0:
             kept.append(k)
     cases: list[Any] = []
     for i, j in pairwise(kept):

@@ -91,9 +91,9 @@ class Expr:
             return False
         if self.op != other.op or self.payload != other.payload or self.args != other.args:
             return False
-        other.args = (
-            self.args
-        )  # one copy from here on: nodes that share parts are compared in one pass and not in 2^depth
+        args = self.args
+        if args and args[0].op != "const" and args[-1].op != "const":  # equal constants may have different origins
+            other.args = args  # one copy from here on: nodes that share parts are compared in one pass, not in 2^depth
         return True
 
     def __repr__(self) -> str:

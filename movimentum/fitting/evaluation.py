@@ -16,10 +16,11 @@ from movimentum.expressions import Expr
 from movimentum.fitting.aims import READABLE, Evaluation, ReducedExpr, SideFormulas
 from movimentum.fitting.slopes import (
     AnchorSlopes,
-    BodyDual,
     Dual,
     SegmentSlopes,
     SlopesOf,
+    at_end,
+    differences,
     dual_function,
     full,
     read_duals,
@@ -28,14 +29,15 @@ from movimentum.fitting.slopes import (
 from movimentum.fitting.timing import FreeTimes, constants_of_motion
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
+from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import Across, problem_at
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.kinds.winding import wound
-from movimentum.tolerances import LEAST_DIVISOR
+from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_MOTION
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, filled
@@ -110,7 +112,7 @@ class MomentReading:
         self.values = np.full((count, parts), np.nan)
         self.slopes = None if self.changes is None else np.full((count, parts, self.changes.shape[-1]), np.nan)
 
-    def look(self, slopes: SegmentSlopes, part: SolvedPart, before: dict[int, BodyDual], local: Locals) -> None:
+    def look(self, slopes: SegmentSlopes, part: SolvedPart, before: dict[int, BodyPose], local: Locals) -> None:
         """Read what lies in one segment."""
         start, end = float(part.start), float(part.end)
         inside = (self.times >= start) & ((self.times < end) | part.last)
@@ -211,12 +213,12 @@ class SideReader:
         local = self.anchors.duals([constants[:, k : k + 1] for k in range(constants.shape[1])], slopes=slopes)
         frames: list[list[Dual]] = []
         at = self.moments.begun(constants, slopes=slopes)
-        before: dict[int, BodyDual] = {}
+        before: dict[int, BodyPose] = {}
         for own, part in zip(self.segments, solved, strict=True):
             read, poses = self._in_frames(own, part, len(constants), local, before, slopes=slopes)
             frames.append(read)
             at.look(own, part, before, local)
-            before = before | {thing: pose.at_end() for thing, pose in poses.items()}
+            before = before | {thing: pose.each(at_end) for thing, pose in poses.items()}
         read = [_joined(parts) for parts in zip(*frames, strict=True)]
         return self.formulas.sides(constants, read, at.found(), slopes=slopes)
 
@@ -226,10 +228,10 @@ class SideReader:
         part: SolvedPart,
         count: int,
         local: Locals,
-        before: dict[int, BodyDual],
+        before: dict[int, BodyPose],
         *,
         slopes: bool,
-    ) -> tuple[list[Dual], dict[int, BodyDual]]:
+    ) -> tuple[list[Dual], dict[int, BodyPose]]:
         """What is read in a segment's frames, and the poses there; in these, the segment's end comes last."""
         clocks = [float(part.start - clock) + part.tau for clock in own.clocks.starts]
         shape = count, len(part.tau)
@@ -246,23 +248,31 @@ class SideReader:
 
 @dataclass(eq=False)
 class TogetherEvaluator:
-    """Evaluates variants of one structure. Raises `NotTogether` where goals are about what cannot be read so."""
+    """Evaluates variants of one structure. Raises `NotTogether` where goals are about what cannot be read so.
+
+    ``exact``: slopes are those of the equations; else differences, for which more variants are solved. ``alone`` gives
+    the sides (N, S) of variants (N, C) solved by themselves, which integrals and free motions in doubt are.
+    """
 
     batch: Batch
     formulas: SideFormulas
     intervals: FloatArray
+    alone: Callable[[FloatArray], FloatArray]
 
     def __post_init__(self) -> None:
         pattern, formulas = self.batch.pattern, self.formulas
         if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
             raise NotTogether("what the goals are about")
-        if any(segment.integrates or segment.drifting for segment in pattern.segments):
-            raise NotTogether("integrals, or free motions")
+        self.followed = any(segment.integrates or segment.drifting for segment in pattern.segments)
+        self.drifts = any(segment.drifting for segment in pattern.segments)
+        if self.followed:
+            self.batch = replace(self.batch, times=_fixed_times(formulas))
         names, unfolding, payloads = pattern.names, pattern.unfolding, formulas.payloads
         self.anchors = AnchorSlopes(pattern.scene, names, unfolding, payloads)
         self.segments = [
             SegmentSlopes(segment.plan, segment.more_clocks, names, unfolding, payloads) for segment in pattern.segments
         ]
+        self.exact = all(segment.exact for segment in self.segments)
         self.reader = SideReader(formulas, self.anchors, self.segments)
         self.free_times = FreeTimes(formulas, constants_of_motion(pattern))
 
@@ -273,7 +283,7 @@ class TogetherEvaluator:
         misses: list[list[FloatArray]] = []
         times: list[FloatArray] = []
         starts: list[IntArray] = []
-        before: dict[int, BodyDual] = {}
+        before: dict[int, BodyPose] = {}
         local = self.anchors.duals(course.places.varied, slopes=False)
         formulas = self.formulas
         with np.errstate(all="ignore"):
@@ -287,7 +297,7 @@ class TogetherEvaluator:
                 misses.append(free.misses(constants, inner))
                 starts.append(sum(map(len, times)) + np.arange(len(tau) - 1))
                 times.append(float(start) + tau)
-                before = before | {thing: pose.at_end() for thing, pose in poses.items()}
+                before = before | {thing: pose.each(at_end) for thing, pose in poses.items()}
             joined = [np.concatenate(parts, axis=1) for parts in zip(*misses, strict=True)]
             box = self.intervals[free.columns]
             best = free.best(joined, np.concatenate(starts), np.concatenate(times), box)
@@ -299,9 +309,47 @@ class TogetherEvaluator:
     def __call__(self, constants: FloatArray, *, slopes: bool = True) -> Evaluation:
         """(V, C) constants -> their `Evaluation`."""
         with np.errstate(all="ignore"):
-            return self._evaluated(constants, slopes=slopes)
+            if not self.followed or not len(constants):
+                return self._evaluated(constants, slopes=slopes)
+            return self._differed(constants) if slopes else self._certain(constants, 1)
+
+    def doubtful(self, constants: FloatArray) -> BoolArray:
+        """(V,) which of the variants move, as far as is known here, and have to be solved by themselves."""
+        with np.errstate(all="ignore"):
+            found = self._evaluated(constants, slopes=False)
+        return found.moves & ~found.sure
+
+    def _certain(self, constants: FloatArray, every: int) -> Evaluation:
+        """Without slopes. Where one is in doubt of ``every`` variants in a row, these are solved by themselves, so that
+        their differences count.
+        """
+        found = self._evaluated(constants, slopes=False)
+        doubt = np.repeat((found.moves & ~found.sure).reshape(-1, every).any(axis=1), every)
+        if doubt.any():
+            found.sides[doubt] = self.alone(constants[doubt])
+            found.moves[doubt] = found.sure[doubt] = np.isfinite(found.sides[doubt]).all(axis=1)
+        return found
+
+    def _differed(self, constants: FloatArray) -> Evaluation:
+        """With differences as slopes: all variants for these are solved together."""
+        evaluations: list[Evaluation] = []
+        every = 2 * constants.shape[1] + 1
+
+        def sides(rows: FloatArray) -> FloatArray:
+            evaluations.append(self._certain(rows, every))
+            return evaluations[0].sides
+
+        step = SLOPE_STEP_OF_FREE_MOTION if self.drifts else SLOPE_STEP
+        here, changes = differences(sides, constants, self.intervals, step)
+        (found,) = evaluations
+        moves, sure, reach = (each[::every] for each in (found.moves, found.sure, found.reach))
+        return Evaluation(here, np.nan_to_num(changes), moves, sure, reach)
 
     def _evaluated(self, constants: FloatArray, *, slopes: bool) -> Evaluation:
+        if not len(constants):
+            none, total = np.zeros(0, dtype=np.bool_), len(self.formulas.layout.aim)
+            changes = np.zeros((0, total, constants.shape[1])) if slopes else None
+            return Evaluation(np.zeros((0, total)), changes, none, none, np.zeros(0))
         course = BatchCourse.of(self.batch.pattern, constants)
         sides, changes = self.reader.sides(constants, self._solved(course), slopes=slopes)
         moves = (course.outcomes == 0) & ~course.lost & np.isfinite(sides).all(axis=1)
@@ -321,6 +369,8 @@ class TogetherEvaluator:
             def state_at(
                 tau: FloatArray, clocks: Sequence[FloatArray], run: SegmentRun = run, course: BatchCourse = course
             ) -> State:
+                if self.followed:  # the same times for all, which are instants of the grid
+                    return at_columns(run.state, [*np.argmin(np.abs(run.grid.instants.tau - tau[:1].T), axis=1)])
                 return solved_at(run, course.places.varied, course.size, tau, clocks)
 
             segment, last = run.segment.segment, k + 1 == len(self.segments)
@@ -328,7 +378,16 @@ class TogetherEvaluator:
             yield SolvedPart(segment.start, segment.end, last, tau, at_columns(run.state, chosen), state_at)
 
 
-def at_columns(state: State, chosen: IntArray) -> State:
+def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
+    """The times at which goals read something; `NotTogether` where they vary."""
+    times = [part.time.value for part in formulas.lowered.reductions if part.time is not None]
+    if None in times:
+        raise NotTogether("integrals or free motions, read at times that vary")
+    timeline = formulas.lowered.timeline
+    return tuple({min(max(Fraction(time), timeline.start), timeline.end) for time in times if time is not None})
+
+
+def at_columns(state: State, chosen: IntArray | list[int]) -> State:
     """A state at some of its instants."""
     return [np.asarray(value)[..., chosen] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]
 

@@ -12,7 +12,17 @@ from movimentum.fitting.aims import LoweredAims, SideFormulas, lower_aims
 from movimentum.fitting.evaluation import TogetherEvaluator
 from movimentum.fitting.merit import Merit
 from movimentum.fitting.programming import Program, largest
-from movimentum.fitting.search import ONE_BY_ONE, TOGETHER, Candidates, Search, SearchEffort, Task, tasks_of
+from movimentum.fitting.search import (
+    ONE_BY_ONE,
+    SAMPLE,
+    TOGETHER,
+    Candidates,
+    Search,
+    SearchEffort,
+    Task,
+    sobol,
+    tasks_of,
+)
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
 from movimentum.fitting.undecided import Undecided, periods_of, undecided
 from movimentum.records import dataclass, field, replace
@@ -34,6 +44,7 @@ from movimentum.tolerances import (
 )
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.single import Variants, structure_key
+from movimentum.variants.together.pattern import NotTogether
 from movimentum.variants.together.preparation import prepare
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices, Progress
@@ -184,10 +195,10 @@ def make_problem(job: FitJob) -> FitProblem:
     evaluate: TogetherEvaluator | SingleEvaluator = single
     try:
         batch = prepare(variants, {}, intervals)
-        evaluate = TogetherEvaluator(batch, formulas, job.intervals)
+        evaluate = _worth_it(TogetherEvaluator(batch, formulas, job.intervals, single.all_sides))
     except Exception as error:  # whatever it is, the single solver has the last word
         reason = str(error).split("\n")[0]
-    effort: SearchEffort = ONE_BY_ONE if reason else TOGETHER
+    effort: SearchEffort = TOGETHER if reason is None and evaluate.exact else ONE_BY_ONE
     low, high = job.intervals[:, 0], job.intervals[:, 1]
     own = np.clip((job.own - low) / (high - low), 0.0, 1.0)
     merit = Merit.of(lowered, formulas.layout, size)
@@ -197,6 +208,16 @@ def make_problem(job: FitJob) -> FitProblem:
         search.balance()
     search.periods = periods_of(search, float(traced.end - traced.start))
     return FitProblem(job, single, search, lowered, reason)
+
+
+def _worth_it(found: TogetherEvaluator) -> TogetherEvaluator:
+    """The evaluator ``found``; `NotTogether` where many variants would have to be solved by themselves all the same."""
+    low, high = found.intervals.T
+    if found.followed:
+        doubt = found.doubtful(low + sobol(len(low), 0).random(SAMPLE) * (high - low))
+        if np.mean(doubt) > MOST_IN_DOUBT:
+            raise NotTogether("integrals, or free motions, that need a path of their own")
+    return found
 
 
 def _traced(
@@ -218,6 +239,9 @@ def _traced(
             raise usage_error("fit/constant", message, f"--set {name}={own[name]:.10g}")
     return variants.timeline(variants.traced_choices(values))
 
+
+MOST_IN_DOUBT = 0.25
+"""The share of variants that may have to be solved by themselves, for the others to be worth solving together."""
 
 Work = Callable[[list[Task]], Iterator[Candidates]]
 """Does parts of the search, and gives back what came of them in their order."""

@@ -74,6 +74,7 @@ class SearchEffort:
 
 TOGETHER = SearchEffort(512, 192, ((4, 64), (12, 24)), 30, 60, 96, STEP_TOGETHER)
 ONE_BY_ONE = SearchEffort(16, 2, (), 6, 0, 0, STEP_ONE_BY_ONE)
+"""Where each variant is solved by itself, or slopes are differences of several."""
 OTHER_TIME = 0.01
 """Of an interval: a time that is farther off is another one, and not the same told less exactly."""
 PIECES, ISLANDS = 4, 2

@@ -12,7 +12,7 @@ from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, symbol
 from movimentum.fitting.aims import READABLE, Evaluation, SideFormulas
 from movimentum.fitting.evaluation import SideReader, SolvedPart, times_of
-from movimentum.fitting.slopes import AnchorSlopes, Dual, SegmentSlopes
+from movimentum.fitting.slopes import AnchorSlopes, Dual, SegmentSlopes, differences
 from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.planning.structure.rates import RateError
@@ -109,9 +109,13 @@ class SingleEvaluator:
         """(S,) the sides of the variant with these constants (C,)."""
         return self._moved(constants).sides
 
+    def all_sides(self, constants: FloatArray) -> FloatArray:
+        """(V, S) the sides of variants with these constants (V, C)."""
+        return np.array([self.sides(row) for row in constants])
+
     def __call__(self, constants: FloatArray, *, slopes: bool = True) -> Evaluation:
         """(V, C) constants -> their `Evaluation`."""
-        sides = np.array([self.sides(row) for row in constants])
+        sides = self.all_sides(constants)
         moves = np.asarray(np.isfinite(sides).all(axis=1), dtype=np.bool_)
         if not slopes:
             return Evaluation(sides, None, moves, moves, moves.astype(np.float64))
@@ -152,22 +156,8 @@ class SingleEvaluator:
         return None if found is None else found[0]
 
     def differences(self, constants: FloatArray) -> FloatArray:
-        """(S, C) the same as central differences; to one side on the edge of what moves, nan where neither moves."""
-        here = self.sides(constants)
-        changes = np.full((len(here), len(constants)), np.nan)
-        for c, (low, high) in enumerate(self.intervals.tolist()):
-            step = SLOPE_STEP * (high - low)
-            ends: list[tuple[float, FloatArray]] = [(0.0, here)]
-            for way in (-step, step):
-                moved_by = constants.copy()
-                moved_by[c] += way
-                found = self.sides(moved_by)
-                if np.isfinite(found).all():
-                    ends.append((way, found))
-            if len(ends) > 1:
-                (a, first), (b, last) = min(ends, key=_way), max(ends, key=_way)
-                changes[:, c] = (last - first) / (b - a)
-        return changes
+        """(S, C) the same as differences, see `fitting.slopes.differences`."""
+        return differences(self.all_sides, constants[None], self.intervals, SLOPE_STEP)[1][0]
 
 
 def _reader_of(formulas: SideFormulas) -> SideReader | None:
@@ -186,7 +176,9 @@ def _reader_of(formulas: SideFormulas) -> SideReader | None:
             plan = segments[-1].plan if structure is None else compile_structure(structure, size, None)
             segments.append(SegmentSlopes(plan, plan.clocks, names, unfolding, formulas.payloads))
             earlier = segment
-    except (NotImplementedError, RateError):
+    except RateError:
+        return None
+    if not all(segment.exact for segment in segments):
         return None
     return SideReader(formulas, anchors, segments)
 
@@ -223,7 +215,3 @@ def _state(motion: SegmentMotion, plan: Plan, tau: FloatArray) -> list[FloatArra
             value = state[piece.plan.system.number_of[unknown.payload]]
             table[unknown.number, chosen] = np.nan if value is None else value
     return [row[None, :] for row in table]
-
-
-def _way(end: tuple[float, FloatArray]) -> float:
-    return end[0]

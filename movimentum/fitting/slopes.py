@@ -23,8 +23,9 @@ from movimentum.planning.lowering.calculus import differentiate
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import BodyUnknowns
 from movimentum.planning.plan import Plan
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
+from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off, solved_pose
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import SINGULAR_FOR_SLOPES
 from movimentum.variants.tracing import OriginUnfolding, Varied
@@ -142,23 +143,7 @@ def _leaves(root: Expr) -> list[Expr]:
     return [node for node in walk(root) if not node.args]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodyDual:
-    """A thing's local origin, direction and turn (degrees)."""
-
-    x: Dual = field(default_factory=lambda: Dual(0.0))
-    y: Dual = field(default_factory=lambda: Dual(0.0))
-    c: Dual = field(default_factory=lambda: Dual(1.0))
-    s: Dual = field(default_factory=lambda: Dual(0.0))
-    angle: Dual = field(default_factory=lambda: Dual(0.0))
-
-    def world(self, x: Dual, y: Dual) -> tuple[Dual, Dual]:
-        """The world place of a local point."""
-        return self.x + (self.c * x - self.s * y), self.y + (self.s * x + self.c * y)
-
-    def at_end(self) -> BodyDual:
-        """As it is at the last instant."""
-        return BodyDual(*(_last(part) for part in (self.x, self.y, self.c, self.s, self.angle)))
+DRAWN_DUAL = DRAWN.each(Dual)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,8 +157,8 @@ class _BlockSlopes:
 
 class SegmentSlopes:
     """One segment's ``plan``, read with traced constants ``names``, differentiated as far as ``payloads`` depend on it.
-    ``clocks`` begin with those that count from ``starts``. NotImplementedError where they depend on more than the
-    equations of an instant: on free motion, integrals, differential equations.
+    ``clocks`` begin with those that count from ``starts``. ``exact``: they depend on nothing but the equations of an
+    instant, and not on free motion, integrals or differential equations, whose slopes are not known here.
     """
 
     def __init__(
@@ -195,9 +180,12 @@ class SegmentSlopes:
         self.bodies = [body for body in plan.bodies if body.thing in things]
         needed = _needed(plan, self.bodies, payloads)
         self.blocks: list[_BlockSlopes] = []
-        for block in (block for block in plan.blocks if block.number in needed):
-            if block.free or any(system.equations[e].form not in (Form.PLAIN, Form.WINDING) for e in block.equations):
-                raise NotImplementedError("what depends on the way there")
+        needed_blocks = [block for block in plan.blocks if block.number in needed]
+        self.exact = not any(
+            block.free or any(system.equations[e].form not in (Form.PLAIN, Form.WINDING) for e in block.equations)
+            for block in needed_blocks
+        )
+        for block in needed_blocks if self.exact else ():
             rows = [unfold(system.equations[e].residual) for e in block.equations]
             self.blocks.append(
                 _BlockSlopes(tuple(block.unknowns), len(rows), dual_function(rows, self.place, self.clocks))
@@ -236,33 +224,20 @@ class SegmentSlopes:
                 slope_of[n] = found[..., j, :]
         return slope_of
 
-    def poses(self, state: State, slope_of: SlopesOf | None, before: dict[int, BodyDual]) -> dict[int, BodyDual]:
+    def poses(self, state: State, slope_of: SlopesOf | None, before: dict[int, BodyPose]) -> dict[int, BodyPose]:
         """The pose of each thing that the segment's constraints mention (as `Places.solved` has it)."""
         system = self.plan.system
-        dx, dy = (Dual(part) for part in system.shift)
+        dx, dy = map(Dual, system.shift)
 
-        def of(n: int | None) -> Dual | None:
-            return None if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
+        def value(n: int) -> Dual | None:
+            return None if state[n] is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
 
-        result: dict[int, BodyDual] = {}
-        for body in self.bodies:
-            old = before.get(body.thing, BodyDual())
+        def placed(body: BodyUnknowns) -> BodyPose:
             rx, ry, ax, ay = self.frames[body.thing].duals(state, (), slope_of)
-            angle, c, s = of(body.angle), of(body.c), of(body.s)
-            if c is not None and s is not None:
-                if system.frame(body.thing).turned:
-                    c, s = c * ax + s * ay, s * ax - c * ay
-            elif angle is not None:
-                c, s = _direction(angle)
-            else:
-                c, s = old.c, old.s
-            own_x, own_y = of(body.x), of(body.y)
-            x = old.x + (old.c * rx - old.s * ry) if own_x is None else own_x + dx
-            y = old.y + (old.s * rx + old.c * ry) if own_y is None else own_y + dy
-            result[body.thing] = BodyDual(
-                x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, old.angle if angle is None else angle
-            )
-        return result
+            old = before.get(body.thing, DRAWN_DUAL)
+            return solved_pose(system, body, (rx, ry, ax, ay), value, old, _sine_and_cosine, (dx, dy))
+
+        return {body.thing: placed(body) for body in self.bodies}
 
 
 class AnchorSlopes:
@@ -290,27 +265,16 @@ def read_duals(
     plan: Plan,
     state: State,
     slope_of: SlopesOf | None,
-    poses: dict[int, BodyDual],
+    poses: dict[int, BodyPose],
     local: dict[tuple[int, int], tuple[Dual, Dual]],
 ) -> list[Dual]:
     """What is read off a solved segment; nan for a variable that it does not mention."""
-    number_of = plan.system.number_of
-    worlds: dict[tuple[int, int], tuple[Dual, Dual]] = {}
-    found: list[Dual] = []
-    for payload in payloads:
-        match payload:
-            case AnchorCoordinate(thing, anchor, axis):
-                if (thing, anchor) not in worlds:
-                    worlds[thing, anchor] = poses.get(thing, BodyDual()).world(*local[thing, anchor])
-                found.append(worlds[thing, anchor][axis])
-            case ThingAngle(thing):
-                found.append(poses.get(thing, BodyDual()).angle)
-            case _:
-                n = number_of.get(payload)
-                found.append(
-                    Dual(np.nan) if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
-                )
-    return found
+
+    def other(payload: Hashable) -> Dual:
+        n = plan.system.number_of.get(payload)
+        return Dual(np.nan) if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
+
+    return read_off(payloads, poses, lambda thing, anchor: local[thing, anchor], other, DRAWN_DUAL)
 
 
 def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hashable]) -> set[int]:
@@ -335,13 +299,14 @@ def _frame(plan: Plan, thing: int) -> tuple[Expr, ...]:
     return *frame.stated_origin, *frame.stated_axis
 
 
-def _direction(angle: Dual) -> tuple[Dual, Dual]:
+def _sine_and_cosine(angle: Dual) -> tuple[Dual, Dual]:
     s, c = sincosd(np.asarray(angle.value))
     factor = np.pi / 180.0
-    return Dual(c, times(-factor * s, angle.slope)), Dual(s, times(factor * c, angle.slope))
+    return Dual(s, times(factor * c, angle.slope)), Dual(c, times(-factor * s, angle.slope))
 
 
-def _last(part: Dual) -> Dual:
+def at_end(part: Dual) -> Dual:
+    """As it is at the last instant."""
     value = part.value
     if np.ndim(value) and np.shape(value)[-1] > 1:
         value = np.asarray(value)[..., -1:]
@@ -371,3 +336,22 @@ def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:
     matrix = np.where(good[..., None, None], matrix, np.eye(size))
     found = np.linalg.solve(matrix, wanted) / columns[..., :, None]
     return np.where(good[..., None, None], found, np.nan)
+
+
+def differences(
+    sides: Callable[[FloatArray], FloatArray], constants: FloatArray, intervals: FloatArray, step: float
+) -> tuple[FloatArray, FloatArray]:
+    """The ``sides`` (V, S) of variants with these ``constants`` (V, C), and how they change with them (V, S, C), by
+    central differences, ``step`` of the ``intervals`` (C, 2) to either side; to one side on the edge of what moves, nan
+    where neither moves.
+    """
+    count, columns = constants.shape
+    steps = step * (intervals[:, 1] - intervals[:, 0])
+    ways = np.concatenate([np.zeros((1, columns)), np.diag(-steps), np.diag(steps)])
+    found = sides((constants[:, None] + ways).reshape(-1, columns)).reshape(count, 2 * columns + 1, -1)
+    here, *ends = found[:, 0], found[:, 1 : columns + 1], found[:, columns + 1 :]
+    known = [np.isfinite(end).all(axis=2) for end in ends]
+    low, high = (np.where(k[..., None], end, here[:, None]) for k, end in zip(known, ends, strict=True))
+    width = steps * np.sum(known, axis=0)
+    with np.errstate(all="ignore"):
+        return here, np.moveaxis((high - low) / width[..., None], 1, 2)

@@ -56,6 +56,9 @@ def dxf_text(shapes: Iterable[Shape], poses: Poses) -> str:
             else:
                 corners = [(*world((x, y)), bulge) for x, y, bulge in shape.corners]
                 space.add_lwpolyline(corners, format="xyb", close=True, dxfattribs=at)
+            for window in shape.windows:
+                corners = [(*world((x, y)), bulge) for x, y, bulge in window]
+                space.add_lwpolyline(corners, format="xyb", close=True, dxfattribs=at)
             for centre, radius in shape.holes:
                 space.add_circle(world(centre), radius, dxfattribs=at)
         stream = io.StringIO()

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, TypeAlias
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.figures import FIGURES, drawn_points
 from movimentum.drawing.parts import PartForm, Point, hull
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.disc import Round
+
+if TYPE_CHECKING:  # it needs NumPy
+    from movimentum.outlines.contour import Contour
 
 HOLE = 0.3
 """Of a part's width: the diameter of a hole where the script does not state its pins."""
@@ -18,25 +23,39 @@ CHORD_DEG = 3.0
 """Of the straight pieces that stand for an arc in a solid."""
 
 
+Corners: TypeAlias = "tuple[tuple[float, float, float], ...]"
+
+
 @dataclass(frozen=True, slots=True)
 class Shape:
     """A thing in its local frame: corners (x, y, bulge) counter-clockwise, where an arc to the next corner has the
-    ``bulge`` tan(angle / 4); or a circle (centre, radius) instead. ``holes``: centres and radii.
+    ``bulge`` tan(angle / 4); or a circle (centre, radius) instead. ``holes``: centres and radii; ``windows``: holes
+    that are not round, as corners, clockwise.
     """
 
     thing: Thing
-    corners: tuple[tuple[float, float, float], ...]
+    corners: Corners
     circle: tuple[Point, float] | None
     holes: tuple[tuple[Point, float], ...]
+    windows: tuple[Corners, ...] = ()
 
     def polygon(self) -> list[Point]:
         """The outline in straight pieces whose area is that of the shape, counter-clockwise."""
         if self.circle is not None:
             return round_polygon(*self.circle)
-        found: list[Point] = []
-        for (x, y, bulge), (u, v, _) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
-            found += [(x, y), *_arc((x, y), (u, v), bulge)]
-        return found
+        return straightened(self.corners)
+
+    def openings(self) -> list[list[Point]]:
+        """The outlines of all holes in straight pieces, clockwise."""
+        return [*(round_polygon(*hole)[::-1] for hole in self.holes), *map(straightened, self.windows)]
+
+
+def straightened(corners: Corners) -> list[Point]:
+    """Corners, and those of straight pieces that stand for the arcs between them."""
+    found: list[Point] = []
+    for (x, y, bulge), (u, v, _) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        found += [(x, y), *_arc((x, y), (u, v), bulge)]
+    return found
 
 
 def round_polygon(centre: Point, radius: float) -> list[Point]:
@@ -83,6 +102,8 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
             assert isinstance(thing.own, Round)
             size = thing.radius or 0.0
             yield Shape(thing, (), (points[0], size), _holes(thing, radius, size))
+        elif isinstance(thing.own, Composite):
+            yield from _pieces(thing, thing.own)
         elif thing.kind.word in ("bar", "plate"):
             corners = rounded(hull(points), thing.look.width / 2.0)
             holes = _holes(thing, radius, math.inf) if _fits(thing, radius) else ()
@@ -93,7 +114,19 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
                 yield Shape(thing, tuple((x, y, 0.0) for x, y in outline.points), None, ())
 
 
-CUT = ("bar", "plate", "disc", "polygon", "curve", "cut", "gear", "rack")
+def _pieces(thing: Thing, own: Composite) -> Iterator[Shape]:
+    from movimentum.outlines.joined import bulged  # few scripts have any
+
+    x, y = thing.anchors[0].local
+
+    def corners(ring: Contour) -> Corners:
+        return tuple((x + u, y + v, bulge) for u, v, bulge in bulged(ring))
+
+    for outer, *holes in own.pieces:
+        yield Shape(thing, corners(outer), None, (), tuple(corners(hole) for hole in holes))
+
+
+CUT = ("bar", "plate", "disc", "polygon", "curve", "cut", "body", "gear", "rack")
 """Kinds that are shapes of a sheet."""
 
 

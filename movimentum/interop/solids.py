@@ -14,7 +14,7 @@ from typing import Any
 from movimentum.drawing.figures import drawn_points
 from movimentum.drawing.parts import Point
 from movimentum.interop.dxf import library
-from movimentum.interop.shapes import Shape, round_polygon
+from movimentum.interop.shapes import Shape
 from movimentum.scene.model import Thing
 from movimentum.solver.poses import Poses
 from movimentum.syntax.printer import float_text
@@ -52,7 +52,7 @@ def _solid(shape: Shape, low: float, high: float, poses: Poses | None) -> list[T
         return x, y
 
     outline = [placed(point) for point in shape.polygon()]
-    holes = [[placed(point) for point in round_polygon(*hole)][::-1] for hole in shape.holes]
+    holes = [[placed(point) for point in ring] for ring in shape.openings()]
     given = [math_.Vec2.list(ring) for ring in (outline, *holes)]
     faces = triangulation.mapbox_earcut_2d(given[0], given[1:])
     found: list[Triangle] = []

@@ -8,25 +8,30 @@ pieces and around corners alike.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, sub, substitute, symbol, walk
 from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.facets import Facets
-from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
+from movimentum.tolerances import EDGE_IS_ARC, FLATTENED, LEAST_DIVISOR, OUTLINE_CLOSES, OUTLINE_SAMPLED
 
 PLACE = symbol("place")
 """The parameter."""
 
 Point = tuple[float, float]
+Quad = tuple[Expr, Expr, Expr, Expr]
+"""Position and direction."""
+
+MANY_PIECES = 8
+"""Each is computed by itself if there are so many or more."""
 
 
 def put_in(root: Expr, place: Expr) -> Expr:
@@ -72,6 +77,7 @@ class Contour:
     ends included. ``reach``: everything within so much of the curve belongs to the thing (half the width of a line).
     ``doubled``: there and back again along an open line, which so has two sides. ``straight``: it has straight edges
     only. ``hollow``: what is inside is free, a hole. ``times``: it is so many times the same. Equal if all of this is.
+    ``own``: the same for each piece by itself, which is less work where there are many.
 
     The positive side (`side` 1: the left, -1: the right) is outside of a closed outline (of a hole its inside), and the
     left of an open one.
@@ -89,7 +95,9 @@ class Contour:
         straight: bool = False,
         hollow: bool = False,
         times: int = 1,
+        own: Sequence[Quad] = (),
     ) -> None:
+        self.own = tuple(own)
         self.position, self.direction = position, direction
         self.breaks = tuple(breaks)
         self.first, self.last = self.breaks[0], self.breaks[-1]
@@ -110,7 +118,8 @@ class Contour:
     def but(self, **changes: object) -> Contour:
         """The same with another ``reach``, or as a hole."""
         state = dict(zip(_STATE, self._key, strict=True)) | changes
-        return Contour(state.pop("position"), state.pop("direction"), state.pop("breaks"), **state)  # type: ignore[arg-type]
+        own = self.own if not changes.keys() & {"position", "direction", "breaks"} else ()
+        return Contour(state.pop("position"), state.pop("direction"), state.pop("breaks"), **{"own": own, **state})  # type: ignore[arg-type]
 
     @property
     def period(self) -> float:
@@ -118,13 +127,70 @@ class Contour:
         return self.last - self.first
 
     @cached_property
-    def _function(self) -> Callable[[FloatArray], list[FloatArray]]:
-        turned = [slope(each) for each in self.direction]
-        return numeric([*self.position, *self.direction, *map(slope, self.position), *turned])
+    def _functions(self) -> list[Callable[[FloatArray], list[FloatArray]]]:
+        """That of the whole, or that of each piece."""
+        each = self.own if len(self.own) >= MANY_PIECES else [(*self.position, *self.direction)]
+        return [numeric([x, y, tx, ty, *map(slope, (x, y, tx, ty))]) for x, y, tx, ty in each]
 
     def values(self, place: FloatArray) -> FloatArray:
         """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
-        return np.stack(self._function(self.inside(place)))
+        place = self.inside(place)
+        if len(self._functions) == 1:
+            return np.stack(self._functions[0](place))
+        flat = place.reshape(-1)
+        forms, known = self._forms
+        piece = np.searchsorted(self._inner, flat, side="left")
+        cx, cy, vx, vy, r, t, kx, ky, a, f, w = forms[:, piece]
+        s = flat - self._starts[piece]
+        c, n = np.cos(t + w * s), np.sin(t + w * s)
+        p, q = np.cos(f + w * s), np.sin(f + w * s)
+        found = np.stack([
+            cx + vx * s + r * c, cy + vy * s + r * n, kx + a * p, ky + a * q,
+            vx - r * w * n, vy + r * w * c, -a * w * q, a * w * p,
+        ])  # fmt: skip
+        for k in np.unique(piece[~known[piece]]).tolist():
+            some = piece == k
+            found[:, some] = self._functions[k](flat[some])
+        return found.reshape(8, *place.shape)
+
+    @cached_property
+    def _inner(self) -> FloatArray:
+        return np.array(self.breaks[1:-1])
+
+    @cached_property
+    def _starts(self) -> FloatArray:
+        return np.array(self.breaks[:-1])
+
+    @cached_property
+    def _forms(self) -> tuple[FloatArray, BoolArray]:
+        """(11, N): the lines, arcs and corners among N pieces, in numbers: s after its beginning a piece is at c + v s +
+        r e(t + w s), where e(u) is (cos u, sin u), in the direction k + a e(f + w s). (N,): whether a piece is one.
+        """
+        forms = np.zeros((11, len(self._functions)))
+        known = np.zeros(len(self._functions), dtype=np.bool_)
+        for k, (begin, end) in enumerate(pairwise(self.breaks)):
+            places = np.linspace(begin, end, 7)
+            x, y, tx, ty, dx, dy = np.stack(self._functions[k](places))[:6]
+            speed, size = np.hypot(tx, ty), np.hypot(dx, dy)
+            turns = np.unwrap(np.arctan2(ty, tx))
+            w = (turns[-1] - turns[0]) / (end - begin)
+            if not np.isfinite(w):
+                continue
+            if max(np.ptp(tx), np.ptp(ty)) == 0.0:
+                forms[:, k] = x[0], y[0], dx[0], dy[0], 0.0, 0.0, tx[0], ty[0], 0.0, 0.0, 0.0
+            else:
+                r = size[0] / w if w else 0.0
+                t = turns[0] - np.pi / 2.0
+                forms[:, k] = x[0] - r * np.cos(t), y[0] - r * np.sin(t), 0, 0, r, t, 0, 0, speed[0], turns[0], w
+            cx, cy, vx, vy, r, t, kx, ky, a, f, w = forms[:, k]
+            s = places - begin
+            there = [cx + vx * s + r * np.cos(t + w * s), cy + vy * s + r * np.sin(t + w * s)]
+            way = [kx + a * np.cos(f + w * s), ky + a * np.sin(f + w * s)]
+            extent = max(float(np.abs([x, y]).max()), LEAST_DIVISOR)
+            known[k] = (np.abs(np.array(there) - [x, y]).max() <= EDGE_IS_ARC * extent) & (
+                np.abs(np.array(way) - [tx, ty]).max() <= EDGE_IS_ARC * speed[0]
+            )
+        return forms, known
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""
@@ -142,11 +208,9 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        found: list[float] = []
         once = self.breaks[: (len(self.breaks) - 1) // self.times + 1]
-        for begin, end in itertools.pairwise(once):
-            found += _flattened(self, begin, end, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
-        again = np.arange(self.times)[:, None] * (self.period / self.times) + np.array(found)
+        found = _flattened(self, once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 
     @cached_property
@@ -193,10 +257,8 @@ class Contour:
         """A polygon (or a line) that is nowhere farther from it than can be seen; a closed one ends before it begins
         again.
         """
-        found: list[float] = []
-        for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
-            found += _flattened(self, begin, end, FLATTENED)
-        points = [(float(x), float(y)) for x, y in self.points(np.array([*found, self.last]))]
+        found = _flattened(self, self.breaks, FLATTENED)
+        points = [(float(x), float(y)) for x, y in self.points(np.append(found, self.last))]
         kept, least = points[:1], OUTLINE_CLOSES * self.size
         for point in points[1:]:
             if math.dist(point, kept[-1]) > least:
@@ -276,9 +338,12 @@ class Contour:
         def mapped(x: Expr, y: Expr) -> tuple[Expr, Expr]:
             return add(mul(a, x), mul(b, y)), add(mul(c, x), mul(d, y))
 
-        x, y = mapped(*self.position)
-        moved = add(x, const(at[0])), add(y, const(at[1]))
-        return self.but(position=moved, direction=mapped(*self.direction))
+        def moved(x: Expr, y: Expr) -> tuple[Expr, Expr]:
+            x, y = mapped(x, y)
+            return add(x, const(at[0])), add(y, const(at[1]))
+
+        own = [(*moved(x, y), *mapped(tx, ty)) for x, y, tx, ty in self.own]
+        return self.but(position=moved(*self.position), direction=mapped(*self.direction), own=own)
 
     def curvature(self, place: float) -> float:
         """At a place: positive where it turns to the left; infinite at a corner."""
@@ -314,18 +379,24 @@ def curvature_of(outline: Contour, place: Expr) -> Expr:
     return put_in(Expr("div", (turn, mul(squared, speed))), place)
 
 
-def _flattened(outline: Contour, begin: float, end: float, off: float) -> list[float]:
-    """Places from ``begin`` (included) to ``end`` (not) between which straight lines are within ``off``."""
-    places = np.linspace(begin, end, 9)
+def _flattened(outline: Contour, breaks: Sequence[float], off: float) -> FloatArray:
+    """Places from the first of ``breaks`` (included) to the last (not), with all of these, between which straight lines
+    are within ``off``.
+    """
+    edges = np.array(breaks)
+    begin = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(8) / 8.0)).ravel()
+    end = np.append(begin[1:], edges[-1])
+    done: list[FloatArray] = []
     for _ in range(14):
-        middle = (places[:-1] + places[1:]) / 2.0
-        between = (places[:-1] + middle) / 2.0
-        p, m, q = outline.points(places), outline.points(middle), outline.points(between)
-        far = np.maximum(_off_chord(p[:-1], m, p[1:]), _off_chord(p[:-1], q, p[1:])) > off
+        middle = (begin + end) / 2.0
+        between = (begin + middle) / 2.0
+        p, m, q, r = (outline.points(each) for each in (begin, middle, between, end))
+        far = np.maximum(_off_chord(p, m, r), _off_chord(p, q, r)) > off
+        done.append(begin[~far])
+        begin, end = np.concatenate([begin[far], middle[far]]), np.concatenate([middle[far], end[far]])
         if not far.any():
             break
-        places = np.sort(np.concatenate([places, middle[far]]))
-    return [float(each) for each in places[:-1]]
+    return np.sort(np.concatenate([*done, begin]))
 
 
 def _off_chord(a: FloatArray, p: FloatArray, b: FloatArray) -> FloatArray:

@@ -43,11 +43,11 @@ class Core:
         return float(np.hypot(*(self.points - self.middle).T).max()) + self.reach
 
 
-def core_of(contour: Contour, facets: Facets) -> Core:
-    """The core of an outline that is no hole, with the corners ``facets``."""
+def core_of(contour: Contour, facets: Facets, *, simple: bool = True) -> Core:
+    """The core of an outline that is no hole, with the corners ``facets``; not ``simple``: these only contain it."""
     points = facets.points
     if facets.convex and len(points) <= MOST_CORNERS:
-        return Core(points, contour.reach, contour.straight)
+        return Core(points, contour.reach, contour.straight and simple)
     turns = np.arange(MOST_CORNERS) * (2.0 * np.pi / MOST_CORNERS)
     normals = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     far = (points @ normals.T).max(axis=0) + (0.0 if contour.straight else 2.0 * OUTLINE_SAMPLED * facets.size)

@@ -47,7 +47,7 @@ def traced(x: Expr, y: Expr, first: float, last: float, *, closed: bool) -> Cont
     kinks = _kinks((x, y), first, last)
     bounds = [first, *kinks, last]
     middles = [(a + b) / 2.0 for a, b in pairwise(bounds)]
-    own = [(_at_piece(x, m), _at_piece(y, m)) for m in middles]
+    own = [(at_piece(x, m), at_piece(y, m)) for m in middles]
     _check(own, bounds)
     closed_by_itself = len(own) == 1 and closed
     if len(own) == 1 and _is_smooth(own[0], first, last, closed=closed_by_itself):
@@ -139,12 +139,13 @@ def chained(pieces: Sequence[CurvePiece], *, closed: bool) -> Contour:
         for column, root in zip(columns, (*piece.position, *piece.direction), strict=True):
             column.append(put_in(root, place))
         starts.append(starts[-1] + piece.end - piece.begin)
+    own = list(zip(*columns, strict=True))
     x, y, tx, ty = (_chosen(column, starts[1:-1]) for column in columns)
     if closed:
         saw = Table(np.array([0.0, starts[-1]]), np.array([0.0, starts[-1]]), ends=Ends.PERIODIC)
         wrapped = call("table", PLACE, payload=saw)
         x, y, tx, ty = (put_in(each, wrapped) for each in (x, y, tx, ty))
-    return Contour((x, y), (tx, ty), starts, closed=closed)
+    return Contour((x, y), (tx, ty), starts, closed=closed, own=own)
 
 
 def _joined(end: FloatArray, begin: FloatArray, *, jump: bool) -> list[CurvePiece]:
@@ -289,7 +290,7 @@ def _sign(value: Expr) -> Expr:
     return call("le", ZERO, value, ZERO, const(-1.0))
 
 
-def _at_piece(root: Expr, place: float) -> Expr:
+def at_piece(root: Expr, place: float) -> Expr:
     """``root`` with each such function replaced by the piece that it is at ``place``."""
     nodes = list(walk(root))
     values = numeric(nodes)(np.array([place]))

@@ -111,9 +111,17 @@ def joined_skins(skins: Sequence[Skin]) -> Skin:
     first, *rest = skins
     if not rest:
         return first
-    total = np.array(_about_origin(first.moments))
-    for hole in rest:
-        total = total - np.array(_about_origin(hole.moments))
+    return _together(skins, [1.0, *(-1.0 for _ in rest)])
+
+
+def united(pieces: Sequence[Skin]) -> Skin:
+    """Those of the pieces of one body."""
+    return pieces[0] if len(pieces) == 1 else _together(pieces, [1.0] * len(pieces))
+
+
+def _together(skins: Sequence[Skin], signs: Sequence[float]) -> Skin:
+    first = skins[0]
+    total = sum((sign * np.array(_about_origin(skin.moments)) for skin, sign in zip(skins, signs, strict=True)))
     parts = [np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")]
     bends = tuple(bend for skin in skins for bend in skin.bends)
     return Skin(*parts, bends, first.reach, _about_centre(*(float(v) for v in total)))

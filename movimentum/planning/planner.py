@@ -119,6 +119,7 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
         if block.moving:
             moving |= set(block.unknowns)
     look_for_wished_rates(system, blocks)
+    look()
     errors = [error for wish in system.wishes for error in wish.errors]
     for node in walk(*(equation.residual for equation in system.equations if equation.residual.timed)):
         if node.op == "clock":  # also those that no block reads, for whoever looks at the equations as they were stated
@@ -159,7 +160,7 @@ def _foldable(formula: tuple[int, Expr]) -> bool:
 
 def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     """``equation`` with the unknowns that are known to be constants or functions of time replaced by these."""
-    if equation.form is Form.WINDING or not equation.unknowns & constants.keys():
+    if equation.form is Form.WINDING or constants.keys().isdisjoint(equation.unknowns):
         return equation
 
     def value(node: Expr) -> Expr | None:
@@ -177,7 +178,7 @@ def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     return replace(
         equation,
         residual=residual,
-        unknowns=equation.unknowns - frozenset(constants),
+        unknowns=frozenset(n for n in equation.unknowns if n not in constants),
         targets=tuple(n for n in equation.targets if n not in constants),
         polynomial=from_expression(residual) if form is None and equation.form is Form.PLAIN else form,
         original=None if equation.original is None else substitute(equation.original, value),
@@ -213,6 +214,7 @@ def _needed(system: System, decomposition: Decomposition) -> list[Group]:
     kept: list[Group] = []
     for group in reversed(decomposition.groups):
         idle = all(isinstance(system.unknowns[n].payload, Anonymous | Rate | Accumulated) for n in group.unknowns)
+        look()
         if idle and not used & set(group.unknowns):
             continue
         kept.append(group)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -85,7 +85,9 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
         for source, share in other.items():
             form[source] = form.get(source, Fraction(0)) - share
         changing = [source for source, share in form.items() if share and isinstance(source, Expr)]
-        jumps = any(source.timed or symbols(source) for source in changing) and a.op != "atan2d"
+        jumps = any(source.timed or symbols(source) for source in changing)
+        if a.op == "atan2d":  # modulo one turn
+            jumps = jumps and not _within_two_turns(form)
         if "atan2d" not in (a.op, b.op):  # continuous: a whole multiple tells as much
             factor = math.lcm(*(share.denominator for source, share in form.items() if source is not None), 1)
             form = {source: share * factor for source, share in form.items()}
@@ -94,6 +96,59 @@ def _turned(chain: Chain, a: Expr, b: Expr) -> SidesApart | None:
         return None
     difference = chain.tower.sub(cosine, chain.tower.number(1))
     return SidesApart(difference.top, None, (a, b), jumps)
+
+
+def _within_two_turns(form: Form) -> bool:
+    """Whether an angle is surely between -720° and 720°: a sum of a few directions."""
+    reach = Fraction(0)
+    for source, share in form.items():
+        if source is not None and not (isinstance(source, Expr) and source.op in ("atan2d", "asind", "acosd", "atand")):
+            return False
+        reach += abs(share) * (1 if source is None else 180)
+    return reach < 720
+
+
+def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
+    """Constants of one float are one node from here on: `NotAlgebraic` where those of a claim, or one of them and one
+    of the mechanism, are not proved to be the same number.
+    """
+    plan, tower, lowering = chain.motion.plan, chain.tower, chain.lowering
+    rows = (plan.system.equations[e].residual for number in chain.blocks for e in plan.blocks[number].equations)
+    known: dict[float, Expr] = {}
+    for node in _constants(rows):
+        known.setdefault(node.value or 0.0, node)
+    for node in _constants(expressions):
+        if _same(node, first := known.setdefault(node.value or 0.0, node)):
+            continue
+        try:
+            top = tower.sub(lowering.value(node), lowering.value(first)).top
+            if top == tower.ring.zero or (zero := Zero(chain.point, [top])).vanishes(zero.wanted[0]):
+                continue
+        except (NotAlgebraic, TooMuch):
+            pass
+        raise NotAlgebraic(f"two of its numbers are {node.value!r} to 16 digits, and nothing shows that they are equal")
+
+
+def _constants(expressions: Iterable[Expr]) -> Iterator[Expr]:
+    """The constants below expressions, each by itself: equal ones may come from different things."""
+    seen: set[int] = set()
+    stack = list(expressions)
+    while stack:
+        node = stack.pop()
+        if id(node) not in seen:
+            seen.add(id(node))
+            stack.extend(node.args)
+            if node.value is not None:
+                yield node
+
+
+def _same(a: Expr, b: Expr) -> bool:
+    """Whether two constants are computed alike."""
+    if a is b:
+        return True
+    first, second = a.origin or a, b.origin or b
+    alike = first.op == second.op and first.payload == second.payload and len(first.args) == len(second.args)
+    return alike and all(map(_same, first.args, second.args))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,42 +184,48 @@ def tried(point: TowerPoint, ways: Sequence[SidesApart], most: int) -> Tried:
 
 
 def rests_on_lengths(chain: Chain, proof: Proof, ways: Sequence[SidesApart], most: int) -> bool:
-    """Whether a proof used which sign a length has, and that could change: see `_definite`."""
-    lengths = {root.place: root for root in chain.tower.roots if root.place in proof.roots and root.witness is None}
-    if not lengths:
-        return False
-    if any(_definite(chain, way.top, set(lengths)) for way in ways):
-        return False
-    return not all(_is_constant(chain, root, most) for root in lengths.values())
-
-
-def _definite(chain: Chain, top: Polynomial, lengths: set[int]) -> bool:
-    """Whether p = c - (a sum of products of lengths with positive coefficients), for a number c > 0, or -p is:
-    then p with another sign of such a product cannot be zero.
+    """Whether a proof used which sign a length has, and that could change: followed through 0, the root of its square
+    is the length no longer. None changes where `_both_positive`, or where each length is a number.
     """
+    lengths = {root.place: root for root in chain.tower.roots if root.place in proof.roots and root.witness is None}
+    return (
+        bool(lengths)
+        and not any(_both_positive(chain, way.top, most) for way in ways)
+        and not all(_is_constant(chain, root, most) for root in lengths.values())
+    )
+
+
+def _both_positive(chain: Chain, top: Polynomial, most: int) -> bool:
+    """Whether p is M - N for two products of lengths, which are never negative, and M^2 = N^2 whatever their signs."""
     ring = chain.tower.ring
-    signs: set[bool] = set()
-    constants: list[bool] = []
-    roots = {root.place for root in chain.tower.roots if root.witness is None}
-    for exponents, coefficient in ring.terms(top):
-        places = {place for place, exponent in enumerate(exponents) if exponent}
-        if not places <= roots:
-            return False
-        (constants.append if not places & lengths else signs.add)(coefficient > 0)
-    return len(constants) == 1 and len(signs) == 1 and constants[0] not in signs
+    lengths = {root.place: root for root in chain.tower.roots if root.witness is None}
+    terms = list(ring.terms(top))
+    used = ring.occurring(top)
+    if len(terms) != 2 or (terms[0][1] > 0) == (terms[1][1] > 0) or not used <= lengths.keys():
+        return False
+    if any(over is not None and over != ring.one for over in (lengths[place].over for place in used)):
+        return False
+    first, second = (ring.made({exponents: coefficient}) for exponents, coefficient in terms)
+    return _zero_for_all_lengths(chain, ring.times(first, first) - ring.times(second, second), most)
 
 
 def _is_constant(chain: Chain, root: Root, most: int) -> bool:
     """Whether a length's square is a number, and so never zero."""
-    ring = chain.tower.ring
     middle = chain.point.at(root.square)
     number = Fraction(middle[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
-    if not number:
-        return False
-    zero = Zero(chain.point, [root.square - ring.number(number)], Work(most))
+    return bool(number) and _zero_for_all_lengths(chain, root.square - chain.tower.ring.number(number), most)
+
+
+def _zero_for_all_lengths(chain: Chain, p: Polynomial, most: int) -> bool:
+    """Whether p is proved to be zero without the sign of a length."""
+    zero = Zero(chain.point, [chain.tower.reduced(p)], Work(most))
     (p,) = zero.wanted
     try:
-        return not zero.clearly(p) and zero.vanishes(p)
+        return (
+            not zero.clearly(p)
+            and zero.vanishes(p)
+            and not zero.proof.roots.intersection(root.place for root in chain.tower.roots if root.witness is None)
+        )
     except TooMuch:
         return False
 

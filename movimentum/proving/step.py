@@ -9,7 +9,7 @@ from movimentum.expressions import Expr, symbol, symbols
 from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
 from movimentum.proving.chain import Chain
-from movimentum.proving.claims import SidesApart, amount, differences, moved, rests_on_lengths, tried
+from movimentum.proving.claims import SidesApart, amount, differences, moved, rests_on_lengths, told_apart, tried
 from movimentum.proving.film import lowered
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.stretches import Chains, poses
@@ -66,6 +66,7 @@ class ClaimInStep:
             return self._bound(chain, left[0], right[0])
         ways = differences(chain, left, right)
         point = self._point()
+        told_apart(chain, [*claim.left, *claim.right])
         self._proofs = []
         conditions: dict[str, None] = {}
         on_branch = False

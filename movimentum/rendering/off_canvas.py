@@ -20,6 +20,8 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import PLAIN, listed, number, time_text
 from movimentum.things.kinds.arc import ARC
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.curve import Curved
 from movimentum.things.kinds.dimension import DIMENSION, Distance
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.graph import GRAPH, Axes
@@ -76,7 +78,10 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     from movimentum.analysis.live import with_numbers
 
     poses = [with_numbers(motion, *part) for part in _looked_at(motion, len(scene.things), angles=True)]
-    boxes = _boxes(motion, poses, close)
+    free = any(scene.things[each].kind is LABEL and scene.things[each].own.of_film for each in close)
+    # labels look for their places among all things: once
+    every = _boxes(motion, poses, [thing.number for thing in things] if free else close)
+    boxes = {thing: every[thing] for thing in close if thing in every}
     told = {*scene.mentioned, *(thing.number for thing in things if thing.kind in WRITTEN)}
     times = np.concatenate([part.times for part in poses])
     gone: dict[int, float] = {}
@@ -93,9 +98,9 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
             cut[thing] = float(times[int(np.argmax(over.any(axis=1)))])
     if not (gone or cut):
         return
-    others = [thing.number for thing in things if thing.number not in boxes]
-    every = np.concatenate([*boxes.values(), *_boxes(motion, poses, others).values()])
-    low, high = np.fmin.reduce(every[:, :2], axis=0), np.fmax.reduce(every[:, 2:], axis=0)
+    every |= _boxes(motion, poses, [thing.number for thing in things if thing.number not in every])
+    sides = np.concatenate(list(every.values()))
+    low, high = np.fmin.reduce(sides[:, :2], axis=0), np.fmax.reduce(sides[:, 2:], axis=0)
     if gone:
         yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
     if cut:
@@ -199,6 +204,10 @@ def _reach(thing: Thing) -> float:
             return room + abs(offset) + letters
         case Round(radius):
             return room + radius
+        case Composite(pieces=pieces):
+            return room + max((math.hypot(*point) for outline, *_ in pieces for point in outline.drawn), default=0.0)
+        case Curved(outline=outline) if outline is not None:
+            return room + max(math.hypot(*point) for point in outline.drawn)
         case Toothed():
             return room + own.module * (math.pi * own.teeth + 4.0)
         case _:

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, real, replacement, the_first
 from movimentum.errors import ScriptError, script_error
 from movimentum.expressions import Expr
 from movimentum.records import replace
-from movimentum.scene.claims import build_claims, report_undetermined
+from movimentum.scene.claims import build_claims, reading_outlines, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
 from movimentum.scene.cutting import Carve, CutProfile, carried, carved
 from movimentum.scene.expansion.expand import expand
@@ -116,7 +117,7 @@ def _scene(
         things = build_texts(table, expanded.definitions, inference, names, start, findings)
         statements = _statements(stated, times, inference, table, findings)
         statements += carried(things, len(statements))
-        claims = build_claims(claimed, times, inference, table, findings)
+        claims = build_claims(claimed, times, inference, table, findings, reading_outlines(stated))
         views = build_views(expanded, table, inference, names, findings)
     _report_no_step(script, expanded, findings)
     found = [real(item, expanded.source) for item in sorted(findings.items, key=_place)]
@@ -175,15 +176,19 @@ def _steps(
 
 def _in_theme(scene: Scene, options: Sequence[Stated], theme: Theme | None) -> Scene:
     """The scene with its joints, and in its theme, if it has one."""
-    skeletal = any(thing.kind is SKELETON for thing in scene.things)
-    if theme is None and not skeletal and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
+    skeletons = tuple(thing.number for thing in scene.things if thing.kind is SKELETON)
+    if theme is None and not skeletons and not any(t.look.pins is not None or t.look.fixed for t in scene.things):
         return scene
-    scene = replace(scene, joints=joined(scene.steps) | attached(scene.things))
+    joints: dict[int, set[int]] = {}
+    for ref in joined(scene.steps) | attached(scene.things):
+        joints.setdefault(ref.thing, set()).add(ref.anchor)
+    joined_anchors = {thing: frozenset(anchors) for thing, anchors in joints.items()}
+    scene = replace(scene, joints=joined_anchors, skeletons=skeletons)
     if theme is None:
-        grounds = supports(scene.things, fixed(scene.steps, scene.mentioned)) if skeletal else ()
+        grounds = supports(scene.things, fixed(scene.steps, scene.mentioned)) if skeletons else ()
         return replace(scene, grounds=grounds)
     config = scene.config
-    things = dressed(scene.things, options, theme, scene.joints)
+    things = dressed(scene.things, options, theme, joints)
     return replace(
         scene,
         config=replace(config, background=config.background or theme.background, style=theme),
@@ -244,6 +249,7 @@ def _at_the_end(script: ScriptTree, source: SourceText) -> tuple[int, str]:
 def _resolved(
     statement: Statement | ClaimStatement, step: int, table: ThingTable, findings: Findings
 ) -> ResolvedStatement | None:
+    look()
     first, second, worded = without_word(statement)
     statement = replace(statement, left=first, right=second)
     if isinstance(statement, ClaimStatement):
@@ -261,6 +267,7 @@ def _kinds(items: list[ResolvedStatement], findings: Findings) -> tuple[Inferenc
     inference = Inference(findings)
     sound: list[ResolvedStatement] = []
     for resolved in items:
+        look()
         errors = findings.errors
         statement = resolved.statement
         inference.expression(resolved.left, resolved.meanings)
@@ -295,6 +302,7 @@ def _statements(
     blanks, numbers = count(), count()
     stated: set[tuple[str, Relation]] = set()
     for resolved in items:
+        look()
         statement = resolved.statement
         assert isinstance(statement, Statement)
         relation = resolved.relation

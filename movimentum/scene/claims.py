@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from fractions import Fraction
 from itertools import count
 
 from movimentum.diagnostics import Fix, replacement
 from movimentum.expressions import Expr, walk
+from movimentum.records import replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings, clock_meant
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference
+from movimentum.scene.leaves import ContactPair
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Anonymous, Claim, Ending
 from movimentum.scene.resolve import ResolvedStatement, ThingTable, VariableUse
@@ -32,8 +34,9 @@ def build_claims(
     inference: Inference,
     table: ThingTable,
     findings: Findings,
+    read: Set[str] = frozenset(),
 ) -> list[Claim | Ending]:
-    """The claims of all steps, in the order written, and what ends them."""
+    """The claims of all steps, in the order written, and what ends them; ``read``: variables that read outlines."""
     made: list[Claim | Ending] = []
     blanks, numbers = count(), count()
     for resolved in items:
@@ -47,8 +50,30 @@ def build_claims(
         time = times[resolved.step] if times else Fraction(0)
         for claim in _claim(resolved, time, key, next(numbers), inference, table, blanks, findings):
             _judge_times(claim, times, findings)
-            made.append(claim)
+            made.append(replace(claim, of_gaps=reads_outlines(resolved, read)))
     return made
+
+
+def reading_outlines(items: Sequence[ResolvedStatement]) -> Set[str]:
+    """The variables whose equations read outlines (``g = .gap(A, B)``), or variables that do."""
+    found: set[str] = set()
+    some = [
+        (meaning.name, resolved)
+        for resolved in items
+        if resolved.right is not None
+        and isinstance(meaning := resolved.meanings.get(id(resolved.statement.left)), VariableUse)
+    ]
+    while more := {name for name, resolved in some if name not in found and reads_outlines(resolved, found)}:
+        found |= more
+    return found
+
+
+def reads_outlines(resolved: ResolvedStatement, read: Set[str]) -> bool:
+    """Whether a statement or a claim depends on outlines: its own symbols decide."""
+    return any(
+        isinstance(meaning, ContactPair) or (isinstance(meaning, VariableUse) and meaning.name in read)
+        for meaning in resolved.meanings.values()
+    )
 
 
 def _claim(

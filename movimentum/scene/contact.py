@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 
-from movimentum.diagnostics import Label, replacement
+from movimentum.diagnostics import Label, insertion, replacement
 from movimentum.expressions import Expr, add, call, const, div, mul, sub, symbol
 from movimentum.outlines.contour import Contour, curvature_of, put_in
 from movimentum.outlines.nearest import Nearest, distance
@@ -18,9 +18,9 @@ from movimentum.records import dataclass
 from movimentum.scene.findings import Findings
 from movimentum.scene.leaves import ContactPair
 from movimentum.scene.model import AnchorCoordinate, Thing, ThingAngle
-from movimentum.scene.outlines import Circle, outline_of, rings_of
+from movimentum.scene.outlines import Circle, outline_of, pieces_of
 from movimentum.scene.values import Value, left_to_right, length_of
-from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Vector
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Several, Vector
 from movimentum.things.kinds.curve import Curved
 
 _OF_CURVE = frozenset({"point", "tangent", "curvature", "length"})
@@ -35,21 +35,21 @@ def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> Conta
     """
     if node.function in _OF_CURVE:
         return _curve_named(node, known, findings)
-    things: list[int | None] = []
+    things: list[tuple[int, ...] | None] = []
     for number, argument in enumerate(node.arguments):
-        thing = known.get(argument.name) if isinstance(argument, Name) else None
-        if thing is None and (number == 1 or _names(argument, known)) and not _is_point(node, argument, number):
+        found = _things_in(argument, known)
+        if not found and (number == 1 or _names(argument, known)) and not _is_point(node, argument, number):
             _report_no_thing(node, argument, known, findings)
             return None
-        things.append(None if thing is None else thing.number)
-        if thing is not None and number == 0 and node.function not in _OF_THINGS:
-            first = thing.anchors[0].name if thing.anchors else "P"
-            spelled = f"{thing.name}.{first}"
+        things.append(tuple(thing.number for thing in found) or None)
+        if found and number == 0 and node.function not in _OF_THINGS:
+            first = found[0].anchors[0].name if found[0].anchors else "P"
+            spelled = f"{found[0].name}.{first}"
             helps = (replacement(f"name one of its anchors: `{spelled}`", argument.span, spelled),)
-            message = f"`.{node.function}` takes a point, and `{thing.name}` is a thing"
+            message = f"`.{node.function}` takes a point, and `{found[0].name}` is a thing"
             findings.error("kind/mismatch", message, argument.span, helps=helps)
             return None
-        if thing is not None and not _has_outline(thing, argument, findings):
+        if not all(_has_outline(thing, argument, findings) for thing in found):
             return None
     if node.function == "roll" and None in things:
         findings.error(
@@ -61,11 +61,19 @@ def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> Conta
         helps = ("name a thing: `.gap(Rod, Cam)`; the distance of two points is `(A.P - B.Q).l`",)
         findings.error("kind/mismatch", message, node.span, helps=helps)
         return None
-    if things[0] == things[1]:
+    pair = ContactPair(things[0], things[1])
+    if not pair.pairs:
         message = f"`.{node.function}` is about two things, and this is one"
         findings.error("kind/mismatch", message, node.span)
         return None
-    return ContactPair(things[0], things[1])
+    return pair
+
+
+def _things_in(argument: Expression, known: dict[str, Thing]) -> list[Thing]:
+    """The things that an argument names."""
+    if isinstance(argument, Several):
+        return [known[name] for name in argument.names if name in known]
+    return [known[argument.name]] if isinstance(argument, Name) and argument.name in known else []
 
 
 def _curve_named(node: Call, known: dict[str, Thing], findings: Findings) -> ContactPair | None:
@@ -88,7 +96,7 @@ def _curve_named(node: Call, known: dict[str, Thing], findings: Findings) -> Con
         message = f"`{thing.name}` is {thing.called}, not a curve"
         findings.error("kind/mismatch", message, argument.span, helps=(f"define it as one: `{thing.name} : .curve …`",))
         return None
-    return ContactPair(thing.number, None)
+    return ContactPair((thing.number,), None)
 
 
 def _names(argument: Expression, known: dict[str, Thing]) -> bool:
@@ -122,6 +130,10 @@ def _has_outline(thing: Thing, argument: Expression, findings: Findings) -> bool
         return True  # its definition is at fault
     what = "a picture" if thing.kind.word == "sprite" else thing.called
     helps = ("draw its outline as a `.curve` or a `.polygon` with `.hidden`, pinned to it, and name that",)
+    if thing.kind.word == "sprite":
+        spelled = " .outline([0,0], [40,0], [40,30])"
+        title = "state its outline in its pixels: `.outline([0,0], [40,0], [40,30])`, or `.outline('#id')` of an SVG"
+        helps = (insertion(title, thing.span.end - 1, spelled),)
     findings.error(
         "contact/outline",
         f"`{thing.name}` is {what}, which has no outline to touch",
@@ -137,23 +149,38 @@ def contact_value(function: str, pair: ContactPair, points: Sequence[Value | Non
     """The value of such a call; ``points`` are those of its arguments that are no things."""
     if function in _OF_CURVE:
         assert pair.first is not None
-        return _of_curve(function, things[pair.first], points)
+        return _of_curve(function, things[pair.first[0]], points)
+    values = [_of_pair(function, both, points, things) for both in pair.pairs]
+    return (left_to_right(lambda a, b: call("min", a, b), values),)
+
+
+def _of_pair(
+    function: str, pair: tuple[int | None, int | None], points: Sequence[Value | None], things: Sequence[Thing]
+) -> Expr:
+    """The same of two of the things."""
+    first, second = (None if number is None else things[number] for number in pair)
     if function == "roll":
-        assert pair.first is not None
-        assert pair.second is not None
-        return (_rolled(things[pair.first], things[pair.second]),)
+        assert first is not None
+        assert second is not None
+        return _rolled(first, second)
     sides = [
-        [_Side((p[0], p[1]))] if t is None and p is not None else _Side.rings(things[t])  # type: ignore[index]
-        for t, p in zip((pair.first, pair.second), points, strict=True)
+        [[_Side((p[0], p[1]))]] if thing is None and p is not None else _Side.pieces(thing)  # type: ignore[arg-type]
+        for thing, p in zip((first, second), points, strict=True)
     ]
     if function == "where":
-        one = _Side.of(things[pair.second])  # type: ignore[index]
+        assert second is not None
+        one = _Side.of(second)
         assert one.contour is not None
         found = Nearest(one.contour)
-        return (div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0]))), const(one.contour.length)),)
+        return div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0][0]))), const(one.contour.length))
+    return left_to_right(lambda a, b: call("min", a, b), [_of_pieces(*both) for both in product(*sides)])
+
+
+def _of_pieces(one: Sequence[_Side], other: Sequence[_Side]) -> Expr:
+    """The distance of two connected pieces with their holes."""
     # of a hole, what is outside is solid: free is who is outside of the one, or inside of the hole
-    values = [_between(*both) for both in product(*sides) if not all(each.is_hole for each in both)]
-    return (left_to_right(lambda a, b: call("max", a, b), values),)
+    values = [_between(a, b) for a in one for b in other if not (a.is_hole and b.is_hole)]
+    return left_to_right(lambda a, b: call("max", a, b), values)
 
 
 def _between(one: _Side, other: _Side) -> Expr:
@@ -231,13 +258,18 @@ class _Side:
         return _Side(place, outline, turn=(call("cosd", angle), call("sind", angle)))
 
     @staticmethod
-    def rings(thing: Thing) -> list[_Side]:
-        """A thing's outline, and those of its holes."""
-        whole = _Side.of(thing)
-        angle = symbol(ThingAngle(thing.number))
+    def pieces(thing: Thing) -> list[list[_Side]]:
+        """Of each piece of a thing the outline, and those of its holes."""
+        t, angle = thing.number, symbol(ThingAngle(thing.number))
+        place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
         turn = call("cosd", angle), call("sind", angle)
-        holes = [hole for hole in rings_of(thing)[1:] if isinstance(hole, Contour)]
-        return [whole, *(_Side(whole.place, hole, turn=turn) for hole in holes)]
+        return [
+            [
+                _Side(place, radius=ring.radius) if isinstance(ring, Circle) else _Side(place, ring, turn=turn)
+                for ring in piece
+            ]
+            for piece in pieces_of(thing)
+        ]
 
     @property
     def is_hole(self) -> bool:

@@ -14,6 +14,7 @@ from movimentum.diagnostics import Diagnostic, insertion, replacement
 from movimentum.expressions import Expr, add, call, const, mul, substitute
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, smooth
+from movimentum.outlines.lines import polygon
 from movimentum.outlines.pieces import Undefined, assembled, traced
 from movimentum.records import replace
 from movimentum.scene.expansion.constants import varies
@@ -39,6 +40,50 @@ class CurveReader:
 
     def __init__(self, folder: str, read_table: ReadTable | None, tables: Tables, findings: Findings) -> None:
         self._folder, self._read_table, self._tables, self._findings = folder, read_table, tables, findings
+
+    def border(self, definition: Definition, image: str, height: float | None, *, down: bool) -> Contour | None:
+        """The outline of a picture, in its pixels from its lower-left corner: that of `.outline`, or that of the element
+        which it is of a drawing; None if it has none, and after an error. ``down``: places are from the upper-left one.
+        """
+        option = next((part for part in definition.parts if isinstance(part, Option) and part.name == "outline"), None)
+        if option is None:
+            file = drawing_file(image)
+            return None if file == image else self._element(file, image[len(file) + 1 :], image, None)
+        first, *rest = option.arguments
+        if isinstance(first, Text):
+            file = drawing_file(first.text) if "#" in first.text.lstrip("#") else drawing_file(image)
+            if not file.lower().endswith(".svg") or rest or "#" not in first.text or self._read_table is None:
+                message = f"`{first.text}` names no element of an SVG drawing"
+                helps = ("write `.outline('#rim')`, `.outline('drawing.svg#rim')`, or corners: `.outline([0,0], …)`",)
+                self._findings.error("curve/shape", message, first.span, helps=helps)
+                return None
+            if not first.text.startswith("#"):
+                file = os.path.join(self._folder, file)
+            return self._element(file, first.text.rpartition("#")[2], first.text, first)
+        places = self._places(option)
+        if places is None:
+            return None
+        if len(places) < 3:
+            message = f"an outline has at least 3 corners, this has {len(places)}"
+            self._findings.error("curve/points", message, option.span, helps=("write them in their order",))
+            return None
+        if down and height is not None:
+            places[:, 1] = height - places[:, 1]
+        return polygon([(float(x), float(y)) for x, y in places])
+
+    def _element(self, file: str, element: str, shown: str, told: Text | None) -> Contour | None:
+        """The path of an element of a drawing, as an outline; ``told``: where to report what is wrong with it."""
+        if self._read_table is None:
+            return None
+        column = TableColumn(file, shown, POINTS, element)
+        made = self._read_table(column)
+        if isinstance(made, Diagnostic):
+            if told is not None:
+                self._findings.add(replace(made, span=told.span, label=""))
+            return None
+        self._tables[column] = made
+        points = np.stack([made.x, made.y], axis=-1).reshape(-1, 4, 2)
+        return assembled([(_bezier(piece), 0.0, 1.0) for piece in points], closed=True)
 
     def outline(self, definition: Definition, read: Mapping[str, Any]) -> Contour | None:
         """The outline that the options of a definition state; None after an error, which is reported."""

@@ -22,7 +22,7 @@ from movimentum.scene.outlines import Circle, outline_of
 from movimentum.scene.resolve import ThingTable
 from movimentum.scene.wholes import wholes
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Expression, Index, Member, Name, postorder
+from movimentum.syntax.expression_tree import Expression, Index, Member, Name, Several, postorder
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
 from movimentum.things.kinds.curve import Curved
@@ -152,7 +152,9 @@ def _goes(definition: Definition, out: set[str]) -> bool:
 
 def _named(root: Expression) -> Iterator[str]:
     for node in postorder(root):
-        if isinstance(node, Name | Member | Index):
+        if isinstance(node, Several):
+            yield from node.names
+        elif isinstance(node, Name | Member | Index):
             yield expression_text(node)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from movimentum.expressions import Expr, symbols
@@ -14,10 +15,23 @@ if TYPE_CHECKING:  # few scripts have any, and it needs NumPy
 
 @dataclass(frozen=True, slots=True)
 class ContactPair:
-    """The things, by number, whose outlines a value is about; None: a point that the expression gives."""
+    """The things, by number, whose outlines a value is about: of several it is the least. None: a point that the
+    expression gives.
+    """
 
-    first: int | None
-    second: int | None
+    first: tuple[int, ...] | None
+    second: tuple[int, ...] | None
+
+    @property
+    def things(self) -> tuple[int, ...]:
+        """All of them."""
+        return (*(self.first or ()), *(self.second or ()))
+
+    @property
+    def pairs(self) -> list[tuple[int | None, int | None]]:
+        """Each two of them that are not one thing."""
+        both = product(self.first or (None,), self.second or (None,))
+        return list(dict.fromkeys(pair for pair in both if pair[0] != pair[1]))
 
 
 @dataclass(frozen=True, slots=True)

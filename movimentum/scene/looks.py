@@ -6,7 +6,7 @@ A script that says nothing about looks at all, and draws links only, looks like 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
 
 from movimentum.records import dataclass, replace
@@ -97,11 +97,12 @@ def darker(color: Color) -> Color:
 
 
 def dressed(
-    things: Sequence[Thing], stated: Sequence[Stated], theme: Theme, joints: frozenset[AnchorRef]
+    things: Sequence[Thing], stated: Sequence[Stated], theme: Theme, jointed: Container[int]
 ) -> tuple[Thing, ...]:
-    """The things as ``theme`` draws them; what a definition says itself (``stated``, for each thing) stays."""
+    """The things as ``theme`` draws them; what a definition says itself (``stated``, for each thing) stays.
+    ``jointed``: the numbers of those with joints.
+    """
     width = theme.link_width or _link_width(things)
-    jointed = {ref.thing for ref in joints}
     made: list[Thing] = []
     filled = 0
     for thing, said in zip(things, stated, strict=True):

@@ -267,7 +267,8 @@ class Claim:
 
     Laid out as `Constraint` (``number`` counts claims only; the relation is never a wish); a component whose side is a
     bare ``_`` is not claimed and left out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a
-    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved.
+    default that depends on the scene's size. ``told`` has the script's text of each side. ``always``: to be proved. ``of_gaps``: it
+    depends on outlines, which may pass each other between frames.
     """
 
     number: int
@@ -283,6 +284,7 @@ class Claim:
     purpose: Purpose = Purpose.CLAIM
     weight: float = 1.0
     always: bool = False
+    of_gaps: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,7 +343,10 @@ class Scene:
     """Constants that were set from outside: (name, expression)."""
     loop: Span | None = None
     """Where the script says that the film begins again at its end (``.loop;``)."""
-    joints: frozenset[AnchorRef] = frozenset()  # anchors that equations join to others, or that are fixed
+    joints: Mapping[int, frozenset[int]] = field(default_factory=dict[int, "frozenset[int]"])
+    """Thing number -> the numbers of its anchors that equations join to others, or that are fixed."""
+    skeletons: tuple[int, ...] = ()
+    """The numbers of the things that show others as a kinematic diagram."""
     grounds: tuple[AnchorRef, ...] = ()
     """Fixed anchors that are drawn with a support although the script does not say so."""
     elements: Elements = field(default_factory=Elements)

@@ -187,6 +187,8 @@ def value_of(rule: OptionRule, arguments: Sequence[Argument], findings: Findings
             return None if None in sides else tuple(sides)
         case OptionForm.EXPRESSIONS | OptionForm.PLACES:
             return _expressions(arguments, findings)
+        case OptionForm.OUTLINE:
+            return tuple(arguments)
         case OptionForm.FUNCTION:
             return _function(arguments, rule, findings)
         case OptionForm.PINS:

@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+import numpy as np
+
 from movimentum.outlines.contour import Contour, Point
+from movimentum.outlines.facets import hull
+from movimentum.outlines.joined import Region, disc, less, merged, outlines_of, placed, region_of
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
 from movimentum.records import dataclass
 from movimentum.scene.model import Thing
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.curve import Curved
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sector import Annular, Wedge
+from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, Toothed, rack_corners
 
 Linear = tuple[float, float, float, float]
@@ -37,6 +43,14 @@ def outline_of(thing: Thing) -> Contour | Circle | None:
     return next(iter(rings_of(thing)), None)
 
 
+def pieces_of(thing: Thing) -> tuple[tuple[Contour | Circle, ...], ...]:
+    """The outline of a thing and those of its holes; of a body in several pieces those of each."""
+    if isinstance(thing.own, Composite):
+        return thing.own.pieces
+    rings = rings_of(thing)
+    return (rings,) if rings else ()
+
+
 def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
     """The outline of a thing, measured from its first anchor, and those of its holes; nothing if it has none.
 
@@ -52,6 +66,10 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
             if own.outline is None:
                 return ()
             return (_placed(own.outline, _turned(thing), (0.0, 0.0), 0.0 if own.outline.closed else reach),)
+        case SpriteImage():
+            return () if own.border is None else (_placed(own.border, _turned(thing), (0.0, 0.0)),)
+        case Composite():
+            return tuple(ring for piece in own.pieces for ring in piece)
         case Annular():
             return Circle(own.outer), circle(own.inner, hollow=True)
         case Wedge() if own.turn == 360.0:
@@ -92,7 +110,7 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
 
     points = [local(n) for n in numbers]
     if word == "plate":
-        corners = _hull(tuple(points))
+        corners = [(float(x), float(y)) for x, y in hull(np.array(points))]
         if len(corners) > 2:
             return (polygon(corners, reach),)
         return (there_and_back(corners, reach),) if len(corners) == 2 else (Circle(reach),) if reach else ()
@@ -113,22 +131,25 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
     return (edged(tuple(corners), tuple(bends), reach, closed=False),) if len(corners) > 1 else ()
 
 
-def _hull(points: tuple[Point, ...]) -> list[Point]:
-    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+Shape = tuple[tuple["Contour | Circle", ...], Point, bool]
+"""The outline and the holes of a shape, where they are measured from, and whether it is cut out."""
 
-    def half(ordered: list[Point]) -> list[Point]:
-        chain: list[Point] = []
-        for x, y in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2], chain[-1]
-                if (bx - ax) * (y - ay) > (by - ay) * (x - ax):
-                    break
-                chain.pop()
-            chain.append((x, y))
-        return chain[:-1]
 
-    ordered = sorted(set(points))
-    return half(ordered) + half(ordered[::-1])
+@lru_cache(maxsize=64)
+def joined(shapes: tuple[Shape, ...]) -> tuple[tuple[Contour, ...], ...] | None:
+    """The pieces of shapes that are one thing, measured from the first one's place; None where one has no area."""
+    whole: Region = []
+    for rings, at, minus in shapes:
+        shape: Region = []
+        for ring in rings:
+            own = disc(ring.radius) if isinstance(ring, Circle) else region_of(ring.but(hollow=False))
+            if own is None:
+                return None
+            hole = isinstance(ring, Contour) and ring.hollow
+            shape = less(shape, own) if hole else merged(shape, own)
+        shape = placed(shape, (1.0, 0.0, 0.0, 1.0), (at[0] - shapes[0][1][0], at[1] - shapes[0][1][1]))
+        whole = less(whole, shape) if minus else merged(whole, shape)
+    return tuple(tuple(piece) for piece in outlines_of(whole))
 
 
 def _turned(thing: Thing) -> Linear:

@@ -159,12 +159,12 @@ def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[Ga
         return ()
     assert isinstance(call, Call)
     pair = pairs[id(call)]
-    sides: list[GapSide] = []
-    for thing, argument in zip((pair.first, pair.second), call.arguments, strict=True):
-        if thing is not None:
-            sides.append(GapSide(thing))
+    anchors: list[GapSide | None] = []
+    for things, argument in zip((pair.first, pair.second), call.arguments, strict=True):
+        if things is not None:
+            anchors.append(None)
         elif isinstance(ref := resolved.meanings.get(id(argument)), AnchorRef):
-            sides.append(GapSide(ref.thing, ref.anchor))
+            anchors.append(GapSide(ref.thing, ref.anchor))
         else:
             findings.error(
                 "kind/not-yet",
@@ -173,7 +173,15 @@ def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[Ga
                 helps=("put an anchor there, such as that of a hidden disc",),
             )
             return ()
-    return ((sides[0], sides[1]),)
+
+    def side(number: int, thing: int | None) -> GapSide:
+        anchor = anchors[number]
+        if thing is not None:
+            return GapSide(thing)
+        assert anchor is not None
+        return anchor
+
+    return tuple((side(0, first), side(1, second)) for first, second in pair.pairs)
 
 
 def _has_rate(*roots: Expr) -> bool:

@@ -14,7 +14,7 @@ from movimentum.scene.leaves import ContactPair, Wheel
 from movimentum.scene.model import AnchorRef, GearPair, Relation, Thing
 from movimentum.scene.pairs import PAIRED, has_word, pair_of
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Negate, Number
+from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Negate, Number, Several
 from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
 from movimentum.things.kinds.trace import TRACE
@@ -171,7 +171,8 @@ def _contact(node: Call, table: ThingTable, meanings: Meanings, findings: Findin
         meanings[id(node)] = pair
     for number, argument in enumerate(node.arguments):
         place = number == 1 and node.function in CURVE_VALUES
-        if isinstance(argument, Name) and not place and (pair is None or argument.name in known):
+        named = isinstance(argument, Name) and not place and (pair is None or argument.name in known)
+        if named or isinstance(argument, Several):
             meanings[id(argument)] = Swallowed()
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.expressions import const, mul, sub
@@ -27,6 +28,7 @@ from movimentum.syntax.expression_tree import Element, Expression, Name
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text, is_fixed_point
 from movimentum.things.kind import Own, ThingKind
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.cord import CORD
 from movimentum.things.kinds.curve import CURVE, Curved
 from movimentum.things.kinds.cut import CUT
@@ -108,6 +110,9 @@ def build_things(
 
 
 def _thing(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:
+    look()
+    if definition.shapes:
+        return _body(number, definition, assets, findings)
     kind = kind_of(definition.shape.word)
     read = read_options([part for part in definition.parts if isinstance(part, Option)], kind, findings)
     for rule, argument in zip(kind.arguments, definition.shape.arguments, strict=False):
@@ -126,6 +131,15 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
     if "topleft" in read and size is not None:
         whole = const(size[1])
         anchors = [moved(item, item.coordinates[0], sub(whole, item.coordinates[1])) for item in anchors]
+    if isinstance(own, SpriteImage) and size is not None and anchors and ("#" in own.image or "border" in read):
+        from movimentum.scene.curves import CurveReader  # few scripts have any
+
+        reader = CurveReader(assets.folder, assets.read_table, assets.tables, findings)
+        border = reader.border(definition, own.image, size[1], down="topleft" in read)
+        x, y = anchors[0].local
+        if border is not None:
+            k = own.scale
+            own = replace(own, border=border.placed((k, 0.0, 0.0, k), (-k * x, -k * y)))
     if read.get("scale", 1.0) != 1.0:
         scale = const(read["scale"])
         anchors = [moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
@@ -147,6 +161,46 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
         text=read.get("text"),
     )
     return thing, read
+
+
+INHERITED = frozenset({"color", "fill", "edge", "opacity", "layer", "hidden", "offstage", "still", "pins", "fixed"})
+"""What a body takes over from its first shape where it says nothing itself."""
+
+
+def _body(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:
+    """A thing of several shapes."""
+    from movimentum.scene.outlines import Shape, joined, rings_of  # few scripts have any
+
+    kind = kind_of(definition.shape.word)
+    read = read_options([part for part in definition.parts if isinstance(part, Option)], kind, findings)
+    anchors: list[Anchor] = []
+    shapes: list[Shape] = []
+    errors = findings.errors
+    for place, each in enumerate(definition.shapes):
+        member, said = _thing(number, each.definition, assets, findings)
+        member = member if each.placement.is_here else _placed(member, each.placement)
+        anchors += [replace(anchor, name=each.prefix + anchor.name) for anchor in member.anchors]
+        rings = rings_of(member)
+        if place == 0:
+            read = {name: said[name] for name in INHERITED if name in said} | read
+        if not rings or not member.anchors:
+            what = "is a picture without an outline" if member.kind.word == "sprite" else f"is {member.called}"
+            helps = ("bars (with `.width`), plates, polygons, discs, rings, sectors, gears and curves can be shapes",)
+            message = f"`{member.name}` {what}, which has no area to be a shape of a body"
+            findings.error("body/shape", message, definition.name_span, helps=helps)
+            continue
+        shapes.append((rings, member.anchors[0].local, each.minus))
+        if joined((shapes[-1][:2] + (False,),)) is None:
+            title = f"state how broad `{member.name}` is: `.width(8)`"
+            helps_ = (insertion(title, each.definition.span.end - 1, " .width(8)"),)
+            message = f"`{member.name}` is only a line, and a shape of a body has an area"
+            findings.error("body/shape", message, definition.name_span, helps=helps_)
+    pieces = None if findings.errors > errors else joined(tuple(shapes))
+    if pieces == ():
+        findings.error("body/shape", f"nothing is left of `{definition.name}`", definition.name_span)
+    spans = definition.span, definition.name_span
+    own = Composite(pieces or ())
+    return Thing(number, definition.name, kind, tuple(anchors), *spans, own=own, look=look_of(kind, read)), read
 
 
 def _own(kind: ThingKind, definition: Definition, read: dict[str, Any], assets: Assets, findings: Findings) -> Own:

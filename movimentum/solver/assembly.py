@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions.arrays import sincosd
-from movimentum.planning.lowering.unknowns import PosePart, Rate
+from movimentum.planning.lowering.unknowns import BodyUnknowns, PosePart, Rate
 from movimentum.planning.plan import Plan
-from movimentum.records import dataclass
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
+from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
 from movimentum.solver.basis.sorting import distinct
@@ -25,55 +25,25 @@ from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolve
 from movimentum.solver.valued import first_value, has_value
 from movimentum.tolerances import CARRIED_VELOCITY_SPAN, FRAME_SOLVED
 
-Values = FloatArray | np.float64
 
+def placements(plan: Plan, state: State, base: Snapshot) -> list[tuple[int, BodyPose]]:
+    """The pose of every thing that constraints mention, by its number, each number (F,) or a scalar; all others stay as
+    in ``base``.
+    """
+    system = plan.system
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Placement:
-    """One thing over F instants: local origin (x, y), direction (c, s), turn (degrees); each (F,) or a scalar."""
-
-    x: Values
-    y: Values
-    c: Values
-    s: Values
-    angle: Values
-
-
-def placements(plan: Plan, state: State, base: Snapshot) -> list[tuple[int, Placement]]:
-    """The placement of every thing that constraints mention, by its number; all others stay as in ``base``."""
-    dx, dy = plan.system.shift
-    result: list[tuple[int, Placement]] = []
-
-    def value(number: int | None) -> Values | None:
-        return None if number is None else state[number]
-
-    for body in plan.bodies:
+    def placed(body: BodyUnknowns) -> BodyPose:
+        frame = numbers_of(system.frame(body.thing))
         before = base.things[body.thing]
-        frame = plan.system.frame(body.thing)
-        angle = value(body.angle)
-        c, s = value(body.c), value(body.s)
-        if c is not None and s is not None:
-            c, s = frame.to_thing(c, s)
-        elif angle is not None:
-            s, c = sincosd(np.asarray(angle))
-        else:
-            c, s = np.float64(before.c), np.float64(before.s)
-        if angle is None:
-            angle = np.float64(before.angle)
-        rx, ry = frame.origin
-        x, y = value(body.x), value(body.y)
-        x = before.x + (before.c * rx - before.s * ry) if x is None else x + dx if dx != 0.0 else x
-        y = before.y + (before.s * rx + before.c * ry) if y is None else y + dy if dy != 0.0 else y
-        if rx != 0.0 or ry != 0.0:
-            x, y = x - (c * rx - s * ry), y - (s * rx + c * ry)
-        result.append((body.thing, Placement(np.asarray(x), np.asarray(y), c, s, angle)))
-    return result
+        return solved_pose(system, body, frame, state.__getitem__, before, lambda angle: sincosd(np.asarray(angle)))
+
+    return [(body.thing, placed(body)) for body in plan.bodies]
 
 
 def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
     """The moment number ``index`` of ``state``."""
 
-    def pick(value: Values) -> float:
+    def pick(value: FloatArray | float) -> float:
         values = np.asarray(value)
         return float(values.item(index if values.size > 1 else 0))
 
@@ -239,7 +209,7 @@ class Assembly:
             self.first[payload.name] = first_value(self.segments, payload.name, payload.axis is not None)
         return self.first[payload.name][payload.axis or 0]
 
-    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: Placement | ThingPose) -> None:
+    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose | ThingPose) -> None:
         self.origin[thing, places, 0] = pose.x
         self.origin[thing, places, 1] = pose.y
         self.direction[thing, places, 0] = pose.c

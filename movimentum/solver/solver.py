@@ -22,7 +22,7 @@ from movimentum.solver.reuse import Known, plans_of_this_process, scene_key, seg
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.resumption import Branch, first_beginning, times_after
-from movimentum.solver.start.search import select
+from movimentum.solver.start.search import StillRefused, select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import (
@@ -187,18 +187,16 @@ def _late_beginning(
     segment_motion: SegmentMotion, selection: Selection, length: float, ahead: float, *, resumes: bool
 ) -> tuple[list[Choice] | None, float]:
     """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
-    carry = segment_motion.base
+    carry, plan, start = segment_motion.base, segment_motion.plan, segment_motion.segment.start
+    totals = totals_of(plan, carry)
 
     def chosen(tau: float) -> Selection:
-        return select(
-            segment_motion.plan, segment_motion.segment.start, tau, ahead, carry, totals_of(segment_motion.plan, carry)
-        )
+        return select(plan, start, tau, ahead, carry, totals)
 
-    found = (
-        first_beginning(segment_motion.plan, segment_motion.segment.start, length, selection, chosen)
-        if resumes
-        else None
-    )
+    found = None
+    if resumes:
+        still_refused = StillRefused(plan, start, ahead, carry, totals, selection)
+        found = first_beginning(plan, start, length, selection, chosen, still_refused)
     onset, begin, there = found or (length, length, selection)
     segment_motion.troubles.append(Failure(FailureKind.START, 0.0, until=onset, selection=selection))
     segment_motion.pieces.append(Unsolved(0.0, begin, held(carry)))

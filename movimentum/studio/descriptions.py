@@ -173,6 +173,21 @@ def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
     return f" ({found})" if found.startswith("proved") else " (holds in this film)"
 
 
+def overlaps_data(motion: PathMotion) -> list[dict[str, Any]]:
+    """What overlaps in a motion, as `movimentum.studio.messages.OverlapsFound` has it."""
+    from movimentum.analysis.gaps.overlaps import overlaps
+
+    numbers = {thing.name: thing.number for thing in motion.timeline.scene.things}
+    return [
+        {
+            **found.as_data(),
+            "things": [numbers[name] for name in found.things],
+            "words": f"{found.things[0]} and {found.things[1]} overlap, {found.depth:.4g} px deep",
+        }
+        for found in overlaps(motion)
+    ]
+
+
 def why(inspector: Inspector, name: str) -> str:
     """What determines where something is, a line each."""
     thing = inspector.thing(name)

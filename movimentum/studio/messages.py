@@ -42,6 +42,12 @@ class WorkStopped(FromPage, kind="stop"):
     rev: int
 
 
+class OverlapsAsked(FromPage, kind="overlaps"):
+    """Whether the page shows what overlaps, from now on; `OverlapsFound` answers for each text."""
+
+    wanted: bool
+
+
 class TimeLooked(FromPage, kind="look"):
     """The page rests at ``time``: what is free there?"""
 
@@ -313,6 +319,15 @@ class ClaimsChecked(ToPage, kind="claims"):
 
     rev: int
     claims: list[dict[str, Any]]
+
+
+class OverlapsFound(ToPage, kind="overlapped"):
+    """What `movimentum check --gaps` lists for text ``rev``: each with the two ``things``, ``from`` and ``to`` (times),
+    ``depth`` (pixels) and the time at which they are ``deepest``, and ``words``.
+    """
+
+    rev: int
+    overlaps: list[dict[str, Any]]
 
 
 class RatesSent(ToPage, kind="speeds"):

@@ -118,6 +118,8 @@ class Page:
                 self._assistant.typed(message)
             case m.WorkStopped():
                 self._worker.stop(message)
+            case m.OverlapsAsked():
+                self._worker.soon(lambda: self._worker.show_overlaps(message))
             case _:
                 self._take_file(message)
 

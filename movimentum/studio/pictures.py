@@ -19,7 +19,7 @@ from movimentum.rendering.prepare import prepare_drawing
 from movimentum.rendering.stream import concatenate
 from movimentum.scene.model import Scene
 from movimentum.vector.film import Film, make_film
-from movimentum.vector.page import film_data
+from movimentum.vector.page import FilmData, film_data
 from movimentum.workflow.frames import PoseChunks
 
 if TYPE_CHECKING:
@@ -110,8 +110,9 @@ def _film(scene: Scene, chunks: Sequence[Poses], fps: Fraction, options: Picture
 
 
 def _data(film: Film) -> dict[str, Any]:
-    data = film_data(film)
-    data["live"] = _seen(film, range(len(film.prepared.things)))
+    found = FilmData(film)
+    data = found.all()
+    data["live"] = [number for number, item in enumerate(film.prepared.things) if found.seen(item)]
     data["numbers"] = list(film.bodies)
     data["pivots"] = [motion.pivot for motion in film.bodies.values()]
     data["exact"] = ""

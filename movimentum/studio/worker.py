@@ -11,10 +11,11 @@ import sys
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
-from threading import Condition, Thread
+from threading import Condition, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
 from movimentum.cancellation import Cancelled, cancellable
@@ -24,7 +25,17 @@ from movimentum.editing.facts import KnownFacts
 from movimentum.errors import MovimentumError
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText
-from movimentum.studio.messages import ClaimsChecked, FilmShown, Notice, PictureSame, StageDone, TextTyped, WorkStopped
+from movimentum.studio.messages import (
+    ClaimsChecked,
+    FilmShown,
+    Notice,
+    OverlapsAsked,
+    OverlapsFound,
+    PictureSame,
+    StageDone,
+    TextTyped,
+    WorkStopped,
+)
 from movimentum.studio.security import outside_files
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine, Revision
@@ -37,9 +48,11 @@ if TYPE_CHECKING:
 
 ADVICE_S = 3.0
 """How long fixes are tried: nobody waits for them."""
-STAGES = ("read", "begin", "path", "examine", "rest", "advise", "prove")
-"""What is done for a text, in this order; "rest": the frames of a very long film that were not shown at once."""
-PATIENT = ("examine", "rest", "advise", "prove")
+PATIENT = ("examine", "rest", "advise", "prove", "overlaps")
+STAGES = ("read", "begin", "path", *PATIENT)
+"""What is done for a text, in this order; "rest": the frames of a very long film that were not shown at once. The
+patient ones can wait for a hand.
+"""
 QUICK_S = 0.03
 """Where the last motion took no longer, the next one is not worth a glimpse before it."""
 TIDY = 50
@@ -86,6 +99,7 @@ class Worker:
         """The last text whose motion is known."""
         self.facts: Callable[[str], Facts] = lambda _name: NO_FACTS
         """What is known of a name of it."""
+        self._overlaps = False  # whether the page shows them
         self._items: Items | None = None
         self._own_items: Items | None = None  # those of the script itself, without what it includes
         self._pending: TextWork | None = None
@@ -119,6 +133,13 @@ class Worker:
         job = self._pending or self.job
         if job is not None and job.rev == message.rev:
             self.engine.revise(job.revision.source)
+
+    def show_overlaps(self, message: OverlapsAsked) -> None:
+        """Look for what overlaps, also in the text on show; called in the page's thread."""
+        self._overlaps = message.wanted
+        job = self.job
+        if message.wanted and job is not None and job.moved and "overlaps" not in job.todo:
+            job.todo.append("overlaps")
 
     def moved_to(self, path: str, folder: Path) -> None:
         """The script is another file from now on."""
@@ -189,12 +210,13 @@ class Worker:
             "rest": self._rest,
             "advise": self._advise,
             "prove": self._prove,
+            "overlaps": self._find_overlaps,
         }[stage]
 
         def unwanted() -> bool:
             return self._closed or job.revision.outdated or (job.patient and bool(self._urgent))
 
-        with cancellable(unwanted):
+        with cancellable(unwanted), _tidied_later(hurried=not job.patient):
             done(job)
         if job.todo and job.todo[0] == stage:
             job.todo.popleft()
@@ -227,7 +249,7 @@ class Worker:
 
             assert revision.motion is not None  # the same, found at once
             job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
-            job.todo = deque(("read", "examine", "rest", "advise", "prove"))
+            job.todo = deque(("read", *PATIENT))
             self.send(PictureSame(job.rev, scene_data(revision.timeline, job.frames)))
         self._say(job, "read", revision.scene.diagnostics)
 
@@ -301,6 +323,13 @@ class Worker:
         proofs = {number: one.verdict.value for number, one in verdicts(job.motion).items()}
         self.send(ClaimsChecked(job.rev, claims_data(job.motion, proofs)))
 
+    def _find_overlaps(self, job: TextWork) -> None:
+        if not self._overlaps:
+            return
+        from movimentum.studio.descriptions import overlaps_data
+
+        self.send(OverlapsFound(job.rev, overlaps_data(job.motion)))
+
     def _bug(self, problem: Exception, job: TextWork | None) -> None:
         """Tell it, and go on with the next text."""
         traceback.print_exception(problem, file=sys.stderr)
@@ -312,6 +341,30 @@ class Worker:
         self._say(
             job, "bug", (Diagnostic("internal/bug", Severity.ERROR, f"a bug in Movimentum: {words}"),), final=True
         )
+
+
+_hurried: list[bool] = []  # for each page that somebody waits for, whether memory was tidied by itself before
+_hurry = Lock()
+
+
+@contextmanager
+def _tidied_later(hurried: bool) -> Generator[None]:
+    """Where a picture is waited for, Python does not look for unused memory meanwhile: a text of a thousand things
+    makes so many objects that it would do so several times, for 0.3 s each.
+    """
+    if not hurried:
+        yield
+        return
+    with _hurry:
+        _hurried.append(gc.isenabled() if not _hurried else _hurried[0])
+        gc.disable()
+    try:
+        yield
+    finally:
+        with _hurry:
+            before = _hurried.pop()
+            if before and not _hurried:
+                gc.enable()
 
 
 def exact_time(time: float) -> Fraction:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from movimentum.cancellation import look
 from movimentum.records import dataclass, field
 from movimentum.source import Span
 from movimentum.syntax.grammar import END, Tables, load_tables
@@ -85,6 +86,7 @@ def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
     states, values = [0], list[Any]()
     place, end = start, len(text)
     while True:
+        look()
         found = skip(text, place)
         place = found.end() if found else place
         token = lexers[states[-1]].token(text, place) if place < end else None

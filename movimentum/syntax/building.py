@@ -19,6 +19,7 @@ from movimentum.syntax.building_values import (
     ValueBuilder,
     after_dot,
     bare,
+    indexed,
     is_argument,
     span_of,
     text_of,
@@ -27,7 +28,6 @@ from movimentum.syntax.expression_tree import (
     Comparison,
     Element,
     Expression,
-    Index,
     Member,
     Name,
     Negate,
@@ -189,9 +189,26 @@ class Builder(ValueBuilder):
 
     whole_follower = cord = follower
 
+    def body(self, pieces: Sequence[Piece]) -> Definition:
+        """``.body Name = shape + shape - shape options;``."""
+        word, head, _, *rest = pieces[:-1]
+        terms: list[Piece] = []
+        for before, piece in zip(["+", *rest], rest, strict=False):
+            minus = isinstance(before, Token) and str(before) == "-"
+            if isinstance(piece, Points) and minus:
+                terms.append(replace(piece, minus=before.span))
+            elif isinstance(piece, Points | Option):
+                terms.append(piece)
+        shape = ShapeWord(str(word)[1:], span=word.span)
+        parts = _behind_points(terms)
+        span = Span(word.span.start, pieces[-1].span.end)
+        return Definition(head.name, shape, parts, head.suffixes, span=span, name_span=head.name_span)
+
     def whole(self, pieces: Sequence[Piece]) -> Points:
         """A thing, and the words behind it, which may be options."""
         return Points(pieces, whole=True)
+
+    shape_term = whole
 
     def stop(self, pieces: Sequence[Piece]) -> Points:
         """What a cord runs to, or a wheel; the scene knows which."""
@@ -341,7 +358,7 @@ def _apart(links: Sequence[Piece]) -> list[list[Piece]]:
 
 def _with_options(links: list[Piece], whole: bool) -> list[Reference | Option]:
     least = 1 if whole else 2
-    while least <= len(links) and isinstance(links[least - 1], InParentheses) and least < len(links):
+    while least <= len(links) and isinstance(links[least - 1], InParentheses | Suffix) and least < len(links):
         least += 1  # `S[2].P`: the anchor is the first word behind the indices
     end = len(links)
     while end > least and isinstance(links[end - 1], Token) and str(links[end - 1])[1:] in BARE_OPTIONS:
@@ -353,7 +370,7 @@ def _with_options(links: list[Piece], whole: bool) -> list[Reference | Option]:
 def _options(words: Sequence[Piece]) -> list[Option]:
     """Words behind a point, which are options."""
     for word in words:
-        if isinstance(word, InParentheses):
+        if isinstance(word, InParentheses | Suffix):
             message = "nothing here has an index"
             raise Refusal(Diagnostic("syntax/unexpected", Severity.ERROR, message, word.span))
     return [Option(str(word)[1:], span=word.span, name_span=word.span) for word in words]
@@ -364,8 +381,8 @@ def _path(links: Sequence[Piece]) -> Expression:
     thing: Expression = Name(str(first), span=first.span)
     for link in links[1:]:
         span = Span(first.span.start, link.span.end)
-        if isinstance(link, InParentheses):
-            thing = Index(thing, link.inner, span=span)
+        if isinstance(link, InParentheses | Suffix):
+            thing = indexed(thing, link)
         else:
             thing = Member(thing, str(link)[1:], span=span, name_span=after_dot(link))
     return thing

@@ -32,7 +32,7 @@ from movimentum.syntax.expression_tree import (
     Transition,
     Vector,
 )
-from movimentum.syntax.tree import Option, Text
+from movimentum.syntax.tree import Option, Suffix, Text
 from movimentum.syntax.words import FUNCTIONS, SYNONYMS
 
 LARGEST_EXPONENT = 400
@@ -131,15 +131,19 @@ class ValueBuilder:
         return Member(bare(operand), str(word)[1:], span=span_of(pieces), name_span=after_dot(word))
 
     def element_in(self, pieces: Sequence[Piece]) -> Expression:
-        """``name[index]``."""
+        """``name[index]``, ``name[first..last]``."""
         made: Expression = Name(str(pieces[0]), span=pieces[0].span)
         for each in pieces[1:]:
-            made = Index(made, each.inner, span=Span(made.span.start, each.span.end))
+            made = indexed(made, each)
         return made
 
     def element_of_member(self, pieces: Sequence[Piece]) -> Index:
         """``operand[index]``."""
         return Index(bare(pieces[0]), bare(pieces[2]), span=span_of(pieces))
+
+    def elements_of_member(self, pieces: Sequence[Piece]) -> Index:
+        """``operand[first..last]``."""
+        return Index(bare(pieces[0]), bare(pieces[2]), bare(pieces[4]), span=span_of(pieces))
 
     def rotate(self, pieces: Sequence[Piece]) -> Rotate:
         """``operand.r(angle)``."""
@@ -282,6 +286,17 @@ def bare(piece: Piece) -> Any:
     if isinstance(piece, InParentheses):
         return piece.inner
     return text_of(piece) if isinstance(piece, Token) and piece.type == "STRING" else piece
+
+
+def indexed(operand: Expression, piece: InParentheses | Suffix) -> Index:
+    """What an index behind something means: one element of it, or those of a range. Refusal if the range has a name."""
+    span = Span(operand.span.start, piece.span.end)
+    if isinstance(piece, InParentheses):
+        return Index(operand, piece.inner, span=span)
+    if piece.name is not None:
+        message = "an index has a name only where things are defined"
+        raise Refusal(Diagnostic("syntax/unexpected", Severity.ERROR, message, piece.span, helps=("leave it out",)))
+    return Index(operand, piece.first, piece.last, span=span)
 
 
 def is_argument(piece: Piece) -> bool:

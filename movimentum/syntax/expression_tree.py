@@ -113,10 +113,21 @@ class Member(Node):
 
 @dataclass(frozen=True, slots=True)
 class Index(Node):
-    """``operand[index]``: one copy, thing or variable of an array."""
+    """``operand[index]``: one copy, thing or variable of an array; ``operand[index..last]``: several of them."""
 
     operand: Expression
     index: Expression
+    last: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Several(Node):
+    """Things of an array, or those of a range of it, by their names in the whole script: the scene stage makes this
+    node of an array or an `Index` with a range. ``said``: how the script says it.
+    """
+
+    names: tuple[str, ...]
+    said: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,6 +236,7 @@ Expression = (
     | Vector
     | Member
     | Index
+    | Several
     | Rotate
     | Call
     | Negate
@@ -243,7 +255,7 @@ _BELOW: dict[type, Callable[[Any], tuple[Expression, ...]]] = {
     Member: lambda node: (node.operand,),
     Negate: lambda node: (node.operand,),
     Rotate: lambda node: (node.operand, node.angle),
-    Index: lambda node: (node.operand, node.index),
+    Index: lambda node: (node.operand, node.index) if node.last is None else (node.operand, node.index, node.last),
     Transition: lambda node: (node.start, node.end),
     Piecewise: lambda node: (*node.lefts, *node.rights, *node.values),
     Call: lambda node: node.arguments,
@@ -281,7 +293,7 @@ def rebuilt(node: Expression, below: Sequence[Expression], span: Span) -> Expres
         case Negate():
             return Negate(below[0], span=span)
         case Index():
-            return Index(below[0], below[1], span=span)
+            return Index(*below, span=span)
         case Rotate():
             return Rotate(below[0], below[1], span=span)
         case Transition():

@@ -25,6 +25,7 @@ from movimentum.syntax.expression_tree import (
     Product,
     Range,
     Rotate,
+    Several,
     Sum,
     TableUse,
     Transition,
@@ -118,6 +119,8 @@ def item_text(item: Item) -> str:
         case Copy():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
             parts = [head, f"{item.part}({_arguments(item.arguments)})", *map(_option_text, item.options)]
+        case Definition() if item.shape.word == "body":
+            return _body_text(item)
         case Definition():
             head = f"{item.name}{_suffixes_text(item.suffixes)} :"
             parts = [head, _shape_text(item.shape), *map(_part_text, item.parts)]
@@ -150,6 +153,15 @@ def _side_text(side: Expression) -> str:
     """A side of a statement; an anchor whose name is an option's stands in parentheses."""
     text = expression_text(side)
     return f"({text})" if text.endswith(_LIKE_OPTIONS) else text
+
+
+def _body_text(item: Definition) -> str:
+    text = f".body {item.name}{_suffixes_text(item.suffixes)} ="
+    for number, part in enumerate(item.parts):
+        minus = isinstance(part, Reference) and isinstance(part.thing, Negate)
+        sign = "" if number == 0 or not isinstance(part, Reference) else " -" if minus else " +"
+        text += f"{sign} {_part_text(part).removeprefix('-')}"
+    return text + ";"
 
 
 def _value_text(value: Expression | Text, before_option: bool) -> str:
@@ -185,10 +197,11 @@ def expression_text(root: Expression) -> str:
 
     for node in postorder(root):
         match node:
-            case Number() | Name() | Blank() | Constant() | Element() | Clock():
+            case Number() | Name() | Several() | Blank() | Constant() | Element() | Clock():
                 made = _leaf_text(node)
             case Index():
-                made = f"{tight(node.operand, _POSTFIX)}[{done[id(node.index)][0]}]", _POSTFIX
+                last = "" if node.last is None else f"..{done[id(node.last)][0]}"
+                made = f"{tight(node.operand, _POSTFIX)}[{done[id(node.index)][0]}{last}]", _POSTFIX
             case Transition():
                 made = f"{done[id(node.start)][0]} -> {done[id(node.end)][0]}", _SUM
             case Vector():
@@ -252,13 +265,15 @@ def _piecewise_text(node: Piecewise, done: Mapping[int, tuple[str, int]]) -> str
     return "{ " + "".join(pieces) + done[id(node.values[-1])][0] + " }"
 
 
-def _leaf_text(node: Number | Name | Blank | Constant | Element | Clock) -> tuple[str, int]:
+def _leaf_text(node: Number | Name | Several | Blank | Constant | Element | Clock) -> tuple[str, int]:
     """A node with nothing below it, and how tightly it binds."""
     match node:
         case Number():
             return number_text(node.value), _UNARY  # not an atom: `2.x` could be misread
         case Name():
             return node.name, _ATOM
+        case Several():
+            return node.said, _ATOM
         case Blank():
             return "_", _ATOM
         case Constant():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from enum import StrEnum
+from typing import Any
 
 from movimentum.records import dataclass, field
 from movimentum.source import Span
@@ -109,6 +110,8 @@ class Definition(Node):
     parts: tuple[AnchorDefinition | Reference | Option, ...] = ()
     suffixes: tuple[Suffix, ...] = ()
     name_span: Span = field(default=NOWHERE, compare=False, repr=False)
+    shapes: tuple[Any, ...] = field(default=(), compare=False, repr=False)
+    """Of a ``.body``: what the scene stage has found (`scene.expansion.product.BodyShape`)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,6 +42,8 @@ class OptionForm(Enum):
     """The name of a parameter, and an expression of it."""
     PLACES = auto()
     """Constant vectors."""
+    OUTLINE = auto()
+    """Constant vectors, or a text."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,10 @@ def _found() -> dict[str, ThingKind]:
 KINDS = _found()
 """Word -> kind."""
 
-SHAPES = tuple(word for word in KINDS if word != "sprite")
-"""The words of kinds; a picture has none, its definition begins with the file's name."""
+SHAPES = tuple(word for word in KINDS if word not in ("sprite", "body"))
+"""The words of kinds behind a colon: the definition of a picture begins with the file's name, that of a body with its
+word.
+"""
 
 THING_FLAGS = frozenset(rule.name for kind in KINDS.values() for rule in kind.options if rule.least == 0)
 """Options of things that may have no arguments."""

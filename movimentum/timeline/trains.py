@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, ratio, sub, substitute, symbol, symbols
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, ratio, sub, substitute, symbol, symbols
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
@@ -149,7 +149,7 @@ class Trains:
     def _belt(self, pair: GearPair, direction: Direction) -> Expr:
         """How far the second is turned beyond where the belt has it."""
         r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
-        quotient = const(-r1 / r2 if pair.crossed else r1 / r2)
+        quotient = div(const(-r1 if pair.crossed else r1), const(r2))
         turned = sub(direction.value, const(direction.drawn))
         theta1, theta2 = symbol(ThingAngle(pair.first)), symbol(ThingAngle(pair.second))
         return add(sub(theta2, mul(quotient, theta1)), mul(sub(quotient, const(1.0)), turned))

@@ -117,6 +117,8 @@ class FilmData:
         self._known: dict[bytes, int] = {}
         self._length = 0
         self._pictures, self._places = embedded(film.prepared)
+        self._styles: dict[int, tuple[FigurePart, dict[str, Any]]] = {}  # by their ids, which supports share
+        self._painted: dict[int, tuple[FloatArray, FloatArray]] = {}
         self.body_numbers = {body: number for number, body in enumerate(film.bodies)}
 
     def all(self) -> dict[str, Any]:
@@ -166,7 +168,14 @@ class FilmData:
 
     def seen(self, item: PreparedMark) -> bool:
         """Whether a mark is drawn in any frame."""
-        return bool(self.film.paint(item)[0].any())
+        return bool(self._paint(item)[0].any())
+
+    def _paint(self, item: PreparedMark) -> tuple[FloatArray, FloatArray]:
+        """See `Film.paint`, which is asked once only."""
+        found = self._painted.get(id(item))
+        if found is None:
+            found = self._painted[id(item)] = self.film.paint(item)
+        return found
 
     def body(self, body: int) -> dict[str, Any]:
         """A body and how it moves."""
@@ -198,13 +207,13 @@ class FilmData:
 
     def _columns(self, part: MovingPart) -> list[float | list[int]]:
         """The points of a part, x and y in turn."""
-        return [self.number(column) for column in part.points.reshape(len(part.points), -1).T]
+        return self._numbers(part.points.reshape(len(part.points), -1))
 
     def unclipped(self, item: PreparedMark, image: int | None) -> dict[str, Any]:
         """A mark, but for what it is cut off by."""
         mark = item.mark
-        opacity, color = self.film.paint(item)
-        paint = {"opacity": self.number(opacity), "color": [self.number(color[:, channel]) for channel in range(3)]}
+        opacity, color = self._paint(item)
+        paint = {"opacity": self.number(opacity), "color": self._numbers(color)}
         if isinstance(mark, LinkMark):
             through = [[self.body_numbers[thing], *self.local(thing, local)] for thing, local in mark.through]
             return {"kind": "link", **paint, "through": through, "width": mark.width}
@@ -272,7 +281,10 @@ class FilmData:
 
     def _moving(self, part: MovingPart) -> dict[str, Any]:
         shown = self.number(part.shown.astype(np.float64))
-        return {**_style(part.style), "shown": shown, "moving": self._columns(part)}
+        style = self._styles.get(id(part.style))
+        if style is None:
+            style = self._styles[id(part.style)] = part.style, _style(part.style)
+        return {**style[1], "shown": shown, "moving": self._columns(part)}
 
     def _symbol(self, mark: SymbolMark) -> dict[str, Any]:
         """What is drawn anew in every frame: numbers that may change, x and y in turn."""
@@ -332,6 +344,14 @@ class FilmData:
         """A local point of a body, measured from its pivot."""
         return [nine_digits(value) for value in self.film.bodies[body].local(point)]
 
+    def _numbers(self, columns: FloatArray) -> list[float | list[int]]:
+        """`number` of each column."""
+        if columns.dtype == np.float64:
+            single = columns.astype("<f4")
+            if (single == single[0]).all():
+                return [nine_digits(value) for value in columns[0].tolist()]
+        return [self.number(column) for column in columns.T]
+
     def number(self, values: FloatArray) -> float | list[int]:
         """A number, or where its values in all frames are to be found."""
         single = values.astype("<f4")
@@ -379,6 +399,8 @@ def nine_digits(value: Any) -> Any:
     """
     if not isinstance(value, float | int):
         return value
+    if -1e9 < value < 1e9 and (whole := int(value)) == value:
+        return whole
     rounded = float(f"{value:.9g}")
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
 

@@ -205,9 +205,15 @@ class MovimentumPainter {
     const context = this.context;
     if (!this.strokes) return;
     context.beginPath();
-    points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
-    if (points.length === 1) context.lineTo(...points[0]);
+    this.through(points);
     context.stroke();
+  }
+
+  /* A canvas draws nothing where a line has no length: a dot is a line that is a speck long. */
+  through(points) {
+    const context = this.context, [left, top] = points[0] ?? [];
+    points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
+    if (points.every(([x, y]) => x === left && y === top)) context.lineTo(left + 0.002, top);
   }
 
   /* A line, with a head where it is an arrow: as one shape, so that nothing shows through it twice. */
@@ -407,12 +413,11 @@ class MovimentumPainter {
     const context = this.context;
     context.save();
     context.beginPath();
-    let pen = false;
-    for (const [x, y, shown] of points) {
-      if (!shown) { pen = false; continue; }
-      if (!pen) context.moveTo(x, y);
-      context.lineTo(x, y);
-      pen = true;
+    let run = [];
+    for (const point of [...points, [0, 0, false]]) {
+      if (point[2]) { run.push(point); continue; }
+      if (run.length) this.through(run);
+      run = [];
     }
     this.inkTrace(trace);
     context.setLineDash(trace.dash);

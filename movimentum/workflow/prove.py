@@ -43,12 +43,12 @@ class Open:
 def proofs(
     source: SourceText, choices: Choices, seconds: float, *, all_lengths: bool = False, accelerated: bool | None = None
 ) -> tuple[Iterator[Judgement], Sequence[str]]:
-    """The claims' verdicts, one after the other within about so many ``seconds`` in all, and the names of the constants
-    that are left open (for ``all_lengths``).
+    """The claims' verdicts, one after the other within about so many ``seconds`` of computing in all (a busy machine
+    gives the same ones, later), and the names of the constants that are left open (for ``all_lengths``).
 
     Raises `ScriptError` or `NoSolutionError` where there is no film to start from.
     """
-    end = time.monotonic() + seconds
+    end = time.process_time() + seconds
     scene = understand(source, choices)
     given: dict[Hashable, Fraction] = {}
     motion = _motion(scene, choices)
@@ -88,7 +88,7 @@ def proof(asked: Inspector, text: str, seconds: float) -> Judgement | None:
     timeline = rebuilding(asked.work.source, asked.work.engine.choices)((asked.step, stated))
     claims = [item for item in timeline.scene.steps[asked.step].claims if isinstance(item, Claim)]
     held = [item for item in timeline.claims if claims and item.claim.number == claims[-1].number]
-    end = time.monotonic() + seconds
+    end = time.process_time() + seconds
     return next(_judgements(asked.work.motion, {}, end, None, held), None)
 
 
@@ -96,12 +96,13 @@ def verdicts(motion: PathMotion) -> dict[int, Judgement]:
     """The verdicts on the claims of a motion, by number, as far as little work tells (see `cancellation`)."""
     from movimentum.proving.prove import Prover
 
-    broken = _broken(motion, None)
+    broken = breaks(motion, None)
     prover = Prover(motion, most=LITTLE)
     return {one.held.claim.number: one for one in prover.judgements(broken, lambda work: work())}
 
 
-def _broken(motion: PathMotion, claims: Sequence[HeldClaim] | None) -> dict[int, tuple[float, float]]:
+def breaks(motion: PathMotion, claims: Sequence[HeldClaim] | None) -> dict[int, tuple[float, float]]:
+    """The claims (all, or these) that a film breaks, by number: when they are off most, and by how much."""
     from movimentum.analysis.diagnose.claims import broken_claims
 
     broken: dict[int, tuple[float, float]] = {}
@@ -122,9 +123,9 @@ def _judgements(
     from movimentum.proving.prove import Prover
 
     def in_time(work: Callable[[], Judgement]) -> Judgement | None:
-        return within(max(end - time.monotonic(), LEAST_S), work)
+        return within(max(end - time.process_time(), LEAST_S), work, time.process_time)
 
-    yield from Prover(motion, accelerated, given).judgements(_broken(motion, claims), in_time, claims)
+    yield from Prover(motion, accelerated, given).judgements(breaks(motion, claims), in_time, claims)
 
 
 def _open(scene: Scene, source: SourceText, choices: Choices) -> list[tuple[str, Expr]]:

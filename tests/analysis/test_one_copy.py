@@ -1,7 +1,5 @@
 """Contradictions among copies: what is offered changes one copy, or a pin, and every offer that is shown closes."""
 
-import pytest
-
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
@@ -28,7 +26,7 @@ def offers(text):
     return source, found[0].fixes
 
 
-@pytest.mark.parametrize(
+@broad(
     ("definition", "bar"),
     [
         ("Link[k = {first}..{last}] : .bar P = [0,0] Q = P + [40,0];", ""),
@@ -36,6 +34,7 @@ def offers(text):
         (".part L(h, a) {{ Bar : .bar P=[0,h] Q=P+[a,0]; @0 Bar.angle=0;}}\nLink[{first}..{last}] : L(7,40);", ".Bar"),
         (".part L(a = 3) {{ Bar : .bar P=[0,0] Q=P+[a,0]; }}\nLink[i = {first}..{last}] : L(40) .at([3*i,0]);", ".Bar"),
     ],
+    every=2,
 )  # fmt: skip
 @broad(("first", "last"), [(1, 4), (0, 2)], first=1)
 def test_one_copy_is_made_longer_and_no_loop_is_emptied(definition, bar, first, last):

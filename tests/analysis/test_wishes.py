@@ -296,9 +296,10 @@ def test_a_target_that_is_drawn_itself_is_followed(pair: str) -> None:
     assert drawn[:, 0] == pytest.approx(250 - 200 * np.exp(-8 * late), abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@broad(
     ("wishes", "last"),
     [("D.c.x ~ E.c.x; E.c.x ~ D.c.x;", 0), ("(D.c - E.c).l ~ 40;", 40), ("d ~ 40; d = E.c.x - D.c.x;", 40)],
+    every=2,
 )
 def test_what_one_wish_draws_together_moves_by_the_same_amount(wishes: str, last: float) -> None:
     motion, examination = examined_script(f"{PAIR}@1 {wishes}\n@3\n")
@@ -367,7 +368,7 @@ E : .bar P=[399,190.77] Q=[433.1,20.2];
         ("h = R.B.x + R.B.y; h ~ 400;", 45.0, 400 - 100 * math.sqrt(2)),
         ("R.B.y ~ -2000;", -90.0, 1900.0),
     ],
-    every=2,
+    first=1,
 )
 def test_a_number_out_of_reach_is_approached_and_its_gradient_lost_calmly(wish: str, angle: float, left: float) -> None:
     """Where it is nearest, it changes no more with the arm's turn: to follow it on, the arm would have to be fast."""

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
@@ -28,6 +29,7 @@ FILMS = {
     "fast": ".config(120, 300, 200);" + ARM.format(r=60, x=150, y=100, end=1),
     "slow": ".config(2, 300, 200);" + ARM.format(r=60, x=150, y=100, end=3),
 }
+QUICK = ("fitted", "short", "wide")
 LARGE = {
     "huge": ".config(25, 9000, 9000);" + ARM.format(r=900, x=4500, y=4500, end=1),
     "long": ".config(25, 400, 320);" + ARM.format(r=90, x=200, y=160, end=70),
@@ -93,8 +95,12 @@ def keeps_limits(place: str, folder: Path, said: str) -> None:
         assert path.stat().st_size <= 2_000_000
 
 
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("film", ["fitted", "short", "wide"])
+def quick(place: str, film: str = "") -> Any:
+    """Videos for social media are large: of them one is quick."""
+    return pytest.param(*filter(None, (place, film)), marks=[pytest.mark.slow] * (place == "social" and film != "wide"))
+
+
+@pytest.mark.parametrize(("place", "film"), [quick(place, film) for place in PLACES for film in QUICK])
 def test_what_is_written_is_what_the_place_takes(place: str, film: str, tmp_path: Path):
     if place in ("slides", "social"):
         pytest.importorskip("av")
@@ -152,7 +158,7 @@ def test_a_gif_over_the_limit_is_noted_once_and_its_help_brings_it_below(tmp_pat
             assert 60e6 < gif.width * gif.height * gif.n_frames <= 100e6
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", [quick(place) for place in PLACES])
 def test_a_still_and_a_range_and_a_clear_ground(place: str, tmp_path: Path):
     still = run(tmp_path, FILMS["usual"], "--for", place, "--at", "0.3")
     assert still.returncode == 0

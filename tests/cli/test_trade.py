@@ -101,7 +101,7 @@ def test_pictures_of_high_and_exact_are_the_same(script: Path, tmp_path: Path) -
     assert len(pictures) == 1
 
 
-@pytest.mark.parametrize("tier", ["draft", "high", "exact"])
+@broad("tier", ["draft", "high", "exact"], first=1)
 def test_every_tier_fails_as_standard_does(tmp_path: Path, tier: str) -> None:
     path = tmp_path / "binds.mov"
     path.write_text(BINDS)

@@ -28,8 +28,10 @@ WITH_SCRIPTS = [path for path in WRITTEN if any(block.language == "mov" for bloc
 WITH_SESSIONS = [path for path in WRITTEN if any(block.language == "console" for block in blocks(path))]
 WITH_PYTHON = [path for path in WRITTEN if any(block.language in ("python", "pycon") for block in blocks(path))]
 PICTURED = re.compile(r"^```mov[^\n]*\n([^`]*)^```\n\n!\[[^\]]*\]\([./]*pictures/([\w-]+\.svg)\)", re.MULTILINE)
-HEAVY = {"how-to/fit.md", "start/many.md"}
+HEAVY = {"how-to/fit.md", "how-to/python.md", "start/many.md", "start/wrong.md"}
 """Pages whose sessions search for something: seconds."""
+MANY = {"brown.md", "how-to/answers.md"}
+"""Pages with dozens of scripts: seconds."""
 ABSENT = re.compile(r"^(?:import|from) dask_", re.MULTILINE)
 """Libraries that no test environment has."""
 
@@ -66,7 +68,13 @@ def test_every_script_is_understood(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [p for p in WITH_SCRIPTS if name_of(p).startswith(("start", "how-to", "cams", "brown"))], ids=name_of
+    "path",
+    [
+        pytest.param(p, marks=[pytest.mark.slow] * (name_of(p) in MANY))
+        for p in WITH_SCRIPTS
+        if name_of(p).startswith(("start", "how-to", "cams", "brown"))
+    ],
+    ids=name_of,
 )
 def test_every_script_runs_without_a_warning(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The pages that people copy from."""

@@ -11,7 +11,12 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from movimentum.drawing import free_places
+from movimentum.drawing.compose import compose
+from movimentum.drawing.model import SymbolMark
+from movimentum.drawing.options import PictureOptions
 from movimentum.drawing.symbols import caption, moving_parts
+from movimentum.rendering.whole_film import settled
 from tests.command import movimentum
 from tests.drawing.test_figures import solved, symbol
 
@@ -168,6 +173,36 @@ def test_thousands_of_labels_are_drawn(tmp_path: Path) -> None:
     (tmp_path / "a.mov").write_text(f"R : .bar A=[0,0] B=[99,0];\n{bars}@0 R.A = [0,0];\n", encoding="utf-8")
     done = movimentum("run", tmp_path / "a.mov", "-o", tmp_path / "a.png")
     assert done.returncode == 0, done.stderr
+
+
+def test_a_label_is_compared_with_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So a thousand bars cost each label as much as some do; and the places are those of comparing with all."""
+
+    def places(count: int, near: bool = True) -> tuple[list[object], int]:
+        compared = 0
+        plain = free_places._Lines.near  # pyright: ignore[reportPrivateUsage]
+
+        def counted(lines: Any, low: Any, high: Any) -> Any:
+            nonlocal compared
+            some = plain(lines, low, high) if near else lines
+            compared += some.ends.shape[1]
+            return some
+
+        bars = "".join(
+            f"B{k} : .bar a=[0,0] b=[{9 + k % 7},{k % 5}]; L{k} : .label('n{k}') B{k}.a;\n" for k in range(count)
+        )
+        put = "".join(f"B{k}.a = [{k % 10 * 41},{k // 10 * 37}]; B{k}.angle = {k * k}*.t;\n" for k in range(count))
+        scene, poses = solved(f".config(4); {bars}@0 {put}@1")
+        with monkeypatch.context() as patched:
+            patched.setattr(free_places._Lines, "near", counted)
+            drawn = compose(scene, PictureOptions())
+            marks = settled(drawn.things, scene, (poses,), PictureOptions())
+        return [mark.spot for mark in marks if isinstance(mark, SymbolMark) and mark.kind.word == "label"], compared
+
+    few, many = places(20), places(200)
+    assert len(set(few[0])) > 3
+    assert places(20, near=False)[0] == few[0]
+    assert many[1] / 200 < 1.5 * few[1] / 20
 
 
 def test_supports_has_an_older_word_that_is_told() -> None:

@@ -64,7 +64,7 @@ def _same(script: Path, reader: Callable[[Path, int], bytes], folder: Path) -> N
 
 
 @pytest.mark.parametrize("reader", READERS)
-@broad("name", SCRIPTS, every=3)
+@broad("name", SCRIPTS, first=1)
 def test_other_readers_see_the_first_frame(name: str, reader: str, tmp_path: Path) -> None:
     _same(ROOT / "scripts" / f"{name}.mov", READERS[reader], tmp_path)
 

@@ -16,6 +16,7 @@ from PIL import Image
 import movimentum as mv
 from movimentum.vector.elements import escaped, hex_color
 from movimentum.vector.numbers import FilmClock, held, joined, short
+from tests.broad import broad
 from tests.command import CRANK, ROOT, STILL, movimentum
 from tests.drawing.films import everything, shot_of_svg
 from tests.drawing.likeness import ALIKE, SMALL, unlike
@@ -86,7 +87,7 @@ def test_a_transparent_svg_has_no_ground(tmp_path: Path) -> None:
     assert not list(film(tmp_path, transparent=True).iter(f"{SVG}rect"))
 
 
-@pytest.mark.parametrize("fps", [Fraction(24000, 1001), Fraction(7), Fraction(49), Fraction(60)])
+@broad("fps", [Fraction(24000, 1001), Fraction(7), Fraction(49), Fraction(60)], first=2)
 def test_at_the_very_time_of_a_frame_the_frame_is_shown(page: Any, tmp_path: Path, fps: Fraction) -> None:
     path = tmp_path / "film.svg"
     motion = mv.loads(

@@ -43,7 +43,8 @@ def by_python(program, times, columns):
 
 def by_c(program, times, columns, folder):
     (folder / "pose.c").write_text(code.c_code(program), encoding="utf-8")
-    subprocess.run(["cc", "-O1", "-DMAIN", "-o", "pose", "pose.c", "-lm"], cwd=folder, check=True)
+    warned = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    subprocess.run(["cc", "-O1", *warned, "-DMAIN", "-o", "pose", "pose.c", "-lm"], cwd=folder, check=True)
     done = subprocess.run([folder / "pose", *times], capture_output=True, text=True, check=True)
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
     return np.array([[float(row[column]) for column in columns] for row in rows])
@@ -54,6 +55,14 @@ def by_node(program, times, columns, folder):
     (folder / "pose.js").write_text(code.javascript_code(program) + ask, encoding="utf-8")
     done = subprocess.run(["node", "pose.js", *times], cwd=folder, capture_output=True, text=True, check=True)
     return np.array([[json.loads(line)[column] for column in columns] for line in done.stdout.splitlines()])
+
+
+def by_octave(program, times, columns, folder):
+    (folder / "pose.m").write_text(code.matlab_code(program), encoding="utf-8")
+    ask = f"for t = [{' '.join(times)}], printf('%.17g ', pose(t)); printf('\\n'); end"
+    done = subprocess.run(["octave-cli", "-qf", "--eval", ask], cwd=folder, capture_output=True, text=True, check=True)
+    places = [program.names.index(column) for column in columns]
+    return np.array([[float(line.split()[place]) for place in places] for line in done.stdout.splitlines()])
 
 
 @pytest.mark.parametrize("name", [*QUICK, *(pytest.param(each, marks=pytest.mark.slow) for each in MORE)])
@@ -68,6 +77,29 @@ def test_code_agrees_with_solve(name, tmp_path):
         assert np.abs(by_c(program, times, columns, tmp_path) - values).max() < allowed
     if shutil.which("node"):
         assert np.abs(by_node(program, times, columns, tmp_path) - values).max() < allowed
+    if shutil.which("octave-cli"):
+        assert np.abs(by_octave(program, times, columns, tmp_path) - values).max() < allowed
+
+
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="TeX is not installed")
+@pytest.mark.parametrize("name", ["hart", *(pytest.param(each, marks=pytest.mark.slow) for each in (*QUICK, *MORE))])
+def test_latex_is_compiled(name, tmp_path):
+    text = told.latex(program_of(read(str(SCRIPTS / f"{name}.mov")), Choices(), ()))
+    compiled(text, tmp_path)
+
+
+def compiled(text, folder):
+    """What TeX makes of a file, or of lines for one."""
+    if r"\documentclass" not in text:
+        text = rf"\documentclass{{article}}\usepackage{{amsmath}}\begin{{document}}{text}\end{{document}}"
+    (folder / "told.tex").write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "told.tex"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
 
 
 CRANK = """

@@ -110,7 +110,7 @@ def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
         assert report.exit_code == 0
         return calls, values
 
-    few, many = cost(3), cost(12)
+    few, many = cost(2), cost(8)
     assert few[0] > 0
     assert many[0] <= 5 * few[0]
     assert many[1] <= 5 * few[1]

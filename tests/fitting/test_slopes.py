@@ -141,11 +141,41 @@ def test_slopes_of_what_is_solved_one_by_one_are_its_equations():
     np.testing.assert_allclose(found[0], problem.single.differences(other), atol=1e-4 * np.abs(wanted).max())
 
 
+DECAY = """.config(10); .let k = 2 .range(1, 3); .let when = 0.7 .range(0.1, 0.9);
+Bar : .bar A = [0, 0] B = A + [20, 0];
+@0 Bar.A = [0, 0]; x = 10 - .i(k*x); Bar.angle = x; .goal x.at({}) = 2; @1"""
+
+
 def test_slopes_of_what_depends_on_the_way_are_differences():
-    text = """.config(10); .let k = 2 .range(1, 3); Bar : .bar A = [0, 0] B = A + [20, 0];
-    @0 Bar.A = [0, 0]; x = 10 - .i(k*x); Bar.angle = x; .goal x.at(1) = 2; @1"""
-    problem = make_problem(make_job(SourceText("decay", text), Choices(), {}))
-    assert problem.reason is not None
-    found = problem.single(np.array([[1.7]]))
-    np.testing.assert_allclose(found.sides[0], 10 * np.exp(-1.7) - 2, rtol=1e-6)
-    np.testing.assert_allclose(found.slopes[0, 0], -10 * np.exp(-1.7), rtol=1e-4)
+    """A differential equation of which the solution is known, for many variants at once, for one, and for none."""
+    problem = make_problem(make_job(SourceText("decay", DECAY.format(0.83)), Choices(), {"k": (1.0, 3.0)}))
+    assert problem.reason is None
+    k = np.array([1.2, 1.7, 2.9])
+    truth = 10.0 * np.exp(-0.83 * k)
+    for evaluate, count in ((problem.search.evaluate, 3), (problem.search.evaluate, 1), (problem.single, 1)):
+        found = evaluate(k[:count, None])
+        np.testing.assert_allclose(found.sides[:, 0], truth[:count] - 2.0, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(found.slopes[:, 0, 0], -0.83 * truth[:count], rtol=1e-6)
+        assert found.moves.all()
+    assert problem.search.evaluate(np.zeros((0, 1))).sides.shape == (0, 1)
+
+
+def test_integrals_read_at_times_that_vary_are_solved_one_by_one():
+    problem = make_problem(make_job(SourceText("decay", DECAY.format("when")), Choices(), {}))
+    assert problem.reason == "integrals or free motions, read at times that vary"
+
+
+FOLLOWED = """.config(12); .let L = 100 .range(80, 120); .let M = 90 .range(70, 110);
+A : .bar O = [0, 0] P = [L, 0]; B : .bar P = [0, 0] Q = [M, 0];
+@0 A.O = [0, 0]; B.P = A.P; B.Q ~ [70 + 40*.cos(90*.t), 60 + 30*.sin(90*.t)];
+.goal .range(A.P.x) = 60; .goal A.P.at(0.37) = [20, 5];
+@1"""
+
+
+def test_free_motions_are_evaluated_together_as_by_themselves():
+    problem = make_problem(make_job(SourceText("arm", FOLLOWED), Choices(), {}))
+    assert problem.reason is None
+    rows = np.array([[99.0, 91.0], [113.0, 83.0]])
+    found, alone = problem.search.evaluate(rows), problem.single(rows[:1])
+    np.testing.assert_allclose(found.sides[0], alone.sides[0], atol=1e-5)
+    np.testing.assert_allclose(found.slopes[0], alone.slopes[0], atol=1e-3 * np.abs(alone.slopes[0]).max())

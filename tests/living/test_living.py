@@ -199,47 +199,41 @@ def test_numbers_are_written_as_python_writes_them():
     ("name", "names"),
     [("", ("R", "L")), ("jansen", ("bd", "gi")), ("umbrella", ("rib", "half")), ("planetary", ("m",))],
 )
-def test_in_a_browser(name, names, tmp_path):
-    api = pytest.importorskip("playwright.sync_api")
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("needs Chromium")
+def test_in_a_browser(name, names, tmp_path, browser):
     script = mv.load(str(SCRIPTS / f"{name}.mov")) if name else mv.loads(FOUR_BAR)
     figure = script.live(*names)
     page_file = figure.save(tmp_path / "live.html")
     chance = random.Random(3)
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        page = browser.new_page()
-        errors, asked = [], []
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto(f"file://{page_file}")
-        page.evaluate("movimentum.pause()")
-        for number in range(100 if not name else 20):
-            given = {each: chance.uniform(*figure.constants[each]) for each in names}
-            edge = names[number % len(names)]
-            if number % 4 == 3:
-                bounds = page.evaluate(
-                    "([v, k]) => { movimentum.set(v); const all = movimentum.intervals(movimentum.live.sliders[k]);"
-                    " let one; do one = all.next(); while (!one.done); return one.value; }",
-                    [given, number % len(names)],
-                )
-                inside = [low + 1e-6 for low, _ in bounds if low > figure.constants[edge][0]]
-                given[edge] = next(iter(inside), given[edge])
-            got = page.evaluate(
-                "(v) => { movimentum.set(v); return movimentum.film.times.map((t) => movimentum.anchorsAt(t)); }", given
+    page = browser.new_page()
+    errors, asked = [], []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(f"file://{page_file}")
+    page.evaluate("movimentum.pause()")
+    for number in range(100 if not name else 20):
+        given = {each: chance.uniform(*figure.constants[each]) for each in names}
+        edge = names[number % len(names)]
+        if number % 4 == 3:
+            bounds = page.evaluate(
+                "([v, k]) => { movimentum.set(v); const all = movimentum.intervals(movimentum.live.sliders[k]);"
+                " let one; do one = all.next(); while (!one.done); return one.value; }",
+                [given, number % len(names)],
             )
-            motion, end = solved(script, given)
-            assert all(row is not None for row in got[:end])
-            for anchor in got[0] or {}:
-                if end and "." in anchor and not anchor.startswith("Turn"):
-                    here = np.array([row[anchor] for row in got[:end]])
-                    assert np.abs(here - motion[anchor][:end]).max() < 1e-9 * max(1.0, math.dist((0, 0), here[0]) / 100)
-        page.locator(f'[data-testid="slider-{names[0]}"]').focus()
-        before = page.evaluate("movimentum.state().constants")
-        page.keyboard.press("ArrowRight")
-        assert page.evaluate("movimentum.state().constants") != before
-        assert not errors
-        assert all(url.startswith(("file:", "data:")) for url in asked)
-        browser.close()
+            inside = [low + 1e-6 for low, _ in bounds if low > figure.constants[edge][0]]
+            given[edge] = next(iter(inside), given[edge])
+        got = page.evaluate(
+            "(v) => { movimentum.set(v); return movimentum.film.times.map((t) => movimentum.anchorsAt(t)); }", given
+        )
+        motion, end = solved(script, given)
+        assert all(row is not None for row in got[:end])
+        for anchor in got[0] or {}:
+            if end and "." in anchor and not anchor.startswith("Turn"):
+                here = np.array([row[anchor] for row in got[:end]])
+                assert np.abs(here - motion[anchor][:end]).max() < 1e-9 * max(1.0, math.dist((0, 0), here[0]) / 100)
+    page.locator(f'[data-testid="slider-{names[0]}"]').focus()
+    before = page.evaluate("movimentum.state().constants")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("movimentum.state().constants") != before
+    assert not errors
+    assert all(url.startswith(("file:", "data:")) for url in asked)
+    page.close()

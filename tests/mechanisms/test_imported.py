@@ -14,6 +14,7 @@ import pytest
 from benchmarks.penrose import transformable
 from movimentum.interop.linkages import linkage_script, read_linkage
 from movimentum.source import SourceText
+from tests.broad import broad
 from tests.mechanisms.conftest import SCRIPTS
 from tests.mechanisms.kinematics import Array, Columns, distance, point
 
@@ -46,7 +47,7 @@ def test_peaucellier_follows_its_wish_along_the_line_only(solve_script: Solve) -
     np.testing.assert_allclose(end[:, 1], wanted, atol=1e-6)
 
 
-@pytest.mark.parametrize(("name", "order"), [("penrose-five", 1), ("penrose-twenty", 2)])
+@broad(("name", "order"), [("penrose-five", 1), ("penrose-twenty", 2)], first=1)
 def test_a_tiling_closes_as_the_formula_says(name: str, order: int, solve_script: Solve) -> None:
     """Vertices at C + cos(theta) (P - C), every star turned by +theta or -theta, neighbours against each other."""
     table = solve_script(name)

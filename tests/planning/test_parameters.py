@@ -48,7 +48,7 @@ def edits(text, count, seed):
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(EDITS, marks=pytest.mark.slow)])
-@broad("path", sorted(SCRIPTS.glob("*.mov")), every=4, ids=lambda path: path.stem)
+@broad("path", sorted(SCRIPTS.glob("*.mov")), every=6, ids=lambda path: path.stem)
 def test_another_number_compiles_nothing(path, count):
     text = path.read_text(encoding="utf-8")
     compiled_for(text, path)

@@ -153,7 +153,7 @@ def test_joins_are_round_and_a_polyline_that_crosses_itself_is_one_coverage():
     assert ours.max() == 1.0
 
 
-@pytest.mark.parametrize("width", [0.3, 3.0, 9.0, 30.0])
+@broad("width", [0.3, 3.0, 9.0, 30.0], every=3)
 def test_a_wild_polyline_has_no_holes_and_nothing_elsewhere(width):
     """Turns of any sharpness, steps shorter than the width: every pixel that is all inside is full, and so on."""
     rng = np.random.default_rng(6)
@@ -237,7 +237,7 @@ def drawn_by_resvg(element, fine=8):
 @pytest.mark.parametrize("cap", ["round", "butt", "square"])
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("dash", [(), (7.0, 4.0), (3.0, 5.0, 9.0, 2.0)])
-@broad("width", [0.15, 0.6, 2.0, 6.5], every=3)
+@broad("width", [0.15, 0.6, 2.0, 6.5], first=1)
 def test_lines_are_as_resvg_draws_them(width, dash, closed, cap):
     if cap == "square" and dash and width > min(dash[1::2]):
         pytest.skip("these dashes have no gaps between them, and their overlaps are counted twice")

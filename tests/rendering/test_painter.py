@@ -206,7 +206,7 @@ def crowd(tmp_path, frames, seed):
 
 
 @broad("quality", list(Quality), first=1)
-@pytest.mark.parametrize("transparent", [False, True])
+@broad("transparent", [False, True], first=1)
 def test_what_is_told_to_change_is_all_that_changes_whatever_moves(tmp_path, quality, transparent):
     made, where = crowd(tmp_path, 24, 8)
     painter = make_painter(made, where, PictureOptions(quality=quality, transparent=transparent))

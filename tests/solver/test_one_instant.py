@@ -5,13 +5,14 @@ import pytest
 
 from movimentum.solver.basis.effort import limited
 from movimentum.solver.block.newton import newton, newton_at
+from tests.broad import broad
 from tests.solver.test_problem import problems
 
 SQUARE = ["stephenson", "walschaerts", "peaucellier-linkage"]
 AWAY = [1e-2, 1e-3, 1e-5, 0.0]
 
 
-@pytest.mark.parametrize("name", SQUARE)
+@broad("name", SQUARE, first=2)
 def test_it_finds_the_same_pose(name):
     random = np.random.default_rng(11)
     seen = 0

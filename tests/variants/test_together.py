@@ -204,7 +204,7 @@ FAMILIES = {
 }
 
 
-@broad("name", FAMILIES, every=2)
+@broad("name", FAMILIES, fast=("clock",))
 def test_families_are_solved_together_as_they_are_one_by_one(name):
     text, ranges, measures = FAMILIES[name]
     source, names = mv.loads(text).source, tuple(ranges)

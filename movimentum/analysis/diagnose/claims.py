@@ -74,7 +74,7 @@ def broken_claims(motion: PathMotion, claims: Sequence[HeldClaim] | None = None)
         for judge in judges:
             judge.look(poses, times)
     for judge in judges:
-        if ".gap(" in "".join(judge.held.claim.told) and judge.held.claim.relation is not Relation.EQUAL:
+        if judge.held.claim.of_gaps and judge.held.claim.relation is not Relation.EQUAL:
             judge.look_between(grid)
     yield from (found for judge in judges if (found := judge.verdict()) is not None)
 

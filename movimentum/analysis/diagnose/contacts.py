@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import permutations
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.expressions import sub
+from movimentum.expressions import sub, symbols
 from movimentum.outlines.contour import Contour
 from movimentum.query import reader
-from movimentum.scene.model import Constraint, Scene
+from movimentum.scene.model import AnchorCoordinate, Constraint, Scene, ThingAngle
 from movimentum.scene.outlines import Circle, outline_of
 from movimentum.solver.motion import PathMotion
 from movimentum.text import time_text
@@ -21,7 +21,6 @@ from movimentum.tolerances import OVERLAP_TOLD
 
 INSTANTS = 400
 """Of a step that are looked at."""
-_PAIR = re.compile(r"\.gap\(([^,()]+), ([^,()]+)\)")
 
 
 def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -32,7 +31,7 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
     for segment_motion in motion.segments:
         segment = segment_motion.segment
         for item in segment.active:
-            if not item.touches or item.number in told or _PAIR.fullmatch(item.key) is None:
+            if not item.touches or item.number in told or not _is_gap(item):
                 continue
             end = min(segment.end, motion.timeline.end)
             steps = INSTANTS if end > segment.start else 0
@@ -54,17 +53,21 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
                     yield undercut
 
 
+def _is_gap(item: Constraint) -> bool:
+    """Whether it is only about a gap."""
+    return item.key.startswith(".gap(") and item.key.find(")") == len(item.key) - 1
+
+
 def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
     """A warning if one of a pair is round, and larger than a hollow of the other."""
-    found = _PAIR.fullmatch(item.key)
-    assert found is not None
-    by_name = {thing.name: thing for thing in scene.things}
-    for one, other in ((found[1], found[2]), (found[2], found[1])):
-        if one not in by_name or other not in by_name:
-            continue
-        roller, curve = outline_of(by_name[one]), outline_of(by_name[other])
+    leaves = symbols(*item.left, *item.right)
+    numbers = dict.fromkeys(leaf.thing for leaf in leaves if isinstance(leaf, AnchorCoordinate | ThingAngle))
+    for one, other in permutations((scene.things[number] for number in numbers), 2):
+        roller, curve = outline_of(one), outline_of(other)
         if isinstance(roller, Circle) and isinstance(curve, Contour) and (least := hollow(curve)) < roller.radius:
-            message = f"`{one}`, of radius {roller.radius:g}, is too large for the hollows of `{other}`: {what}"
+            message = (
+                f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
+            )
             told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
             return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
     return None

@@ -205,7 +205,7 @@ def _moved(
     numbers = _pose_of(plan).get(thing, (None, None, None, None))  # of some things only a property is an unknown
     vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
     frame = system.frame(thing)
-    pose = (0.0, 0.0, *frame.of_thing(1.0, 0.0))
+    pose = (0.0, 0.0, *frame.axis)
     x, y, c, s = (pose[i] if n is None or one[n] is None else first_of(one[n]) for i, n in enumerate(numbers))
     turn = c * vs - s * vc
     anchors: list[tuple[float, float]] = []

@@ -141,11 +141,16 @@ class GapPairs:
         best = np.full(pose.shape[1], -np.inf)
         places = np.zeros((2, pose.shape[1]))
         which: list[tuple[Fine, Fine]] = [(one.fine[0], other.fine[0])] * pose.shape[1]
-        for pair in _rings(one, other):
-            value, u, v = values(*pair, pose)
-            better = value > best
-            best, places = np.where(better, value, best), np.where(better, np.stack([u, v]), places)
-            which = [pair if new else old for new, old in zip(better.tolist(), which, strict=True)]
+        for first, group in enumerate(_rings(one, other)):
+            own, own_places, own_which = np.full(pose.shape[1], -np.inf), places, which
+            for pair in group:
+                value, u, v = values(*pair, pose)
+                better = value > own
+                own, own_places = np.where(better, value, own), np.where(better, np.stack([u, v]), own_places)
+                own_which = [pair if new else old for new, old in zip(better.tolist(), own_which, strict=True)]
+            nearer = np.ones(len(own), dtype=np.bool_) if first == 0 else own < best
+            best, places = np.where(nearer, own, best), np.where(nearer, own_places, places)
+            which = [new if near else old for near, new, old in zip(nearer.tolist(), own_which, which, strict=True)]
         return best, which, places
 
     def outlines(self, number: int, pose: FloatArray, value: FloatArray) -> FloatArray:
@@ -166,14 +171,14 @@ class GapPairs:
         with the circle about them.
         """
         one, other = self.pair(number)
-        pairs = _rings(one, other)
-        if len(pairs) == 1 and (one.teeth > 1 or other.teeth > 1):
+        groups = _rings(one, other)
+        if len(groups) == len(groups[0]) == 1 and (one.teeth > 1 or other.teeth > 1):
             whole = [own.filled if own.teeth > 1 else own.fine[0] for own in (one, other)]
             filled = depth(whole[0], whole[1], pose)
             height = max(own.core.reach - own.solid for own in (one, other) if own.teeth > 1)
             if filled > height or (one.teeth > 1 and other.teeth > 1):
                 return filled
-        return min(depth(*pair, pose) for pair in pairs)
+        return max(min(depth(*pair, pose) for pair in group) for group in groups)
 
 
 LONGER_WAY = 1.05
@@ -184,9 +189,12 @@ NEAR_CURVES = 0.02
 """Of the smaller one's size: how far curves may be from the polygons that stand for them."""
 
 
-def _rings(one: GapBody, other: GapBody) -> list[tuple[Fine, Fine]]:
-    """The outlines that are compared; of a hole what is outside is solid, and two holes are not."""
-    return [(a, b) for a in one.fine for b in other.fine if not (a.facets.hollow and b.facets.hollow)]
+def _rings(one: GapBody, other: GapBody) -> list[list[tuple[Fine, Fine]]]:
+    """The outlines that are compared, for each two connected pieces; of a hole what is outside is solid, and two holes
+    are not.
+    """
+    both = ((p, q) for p in one.pieces for q in other.pieces)
+    return [[(a, b) for a in p for b in q if not (a.facets.hollow and b.facets.hollow)] for p, q in both]
 
 
 def placed_in(bodies: Sequence[GapBody], poses: Poses, tau: FloatArray) -> GapPoses:

@@ -12,10 +12,12 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import symbols
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.cores import Core, core_of
+from movimentum.outlines.facets import Facets, hull
 from movimentum.outlines.fine import Fine
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
 from movimentum.scene.outlines import Circle, rings_of
 from movimentum.solver.poses import Poses
+from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, RIM, Toothed
 from movimentum.timeline.model import Segment
 from movimentum.tolerances import STAYS_PINNED
@@ -46,6 +48,9 @@ class GapBody:
             self.core = Core(origin, first.radius, exact=len(self.rings) == 1)
             self.solid = first.radius if len(self.rings) == 1 else 0.0
             self.hole = None if len(self.rings) == 1 else float(own.inner)  # type: ignore[attr-defined]
+        elif isinstance(own, Composite):
+            points = np.concatenate([piece[0].facets.points for piece in own.pieces])
+            self.core = core_of(first, Facets.of(hull(points)), simple=len(self.rings) == 1 and first.facets.convex)
         else:
             self.core = core_of(first, first.facets)
 
@@ -58,6 +63,18 @@ class GapBody:
     def fine(self) -> tuple[Fine, ...]:
         """The same as polygons of many corners."""
         return tuple(Fine.disc(each.radius) if isinstance(each, Circle) else Fine.of(each) for each in self.rings)
+
+    @cached_property
+    def pieces(self) -> tuple[tuple[Fine, ...], ...]:
+        """The same by connected pieces."""
+        if not isinstance(self.thing.own, Composite):
+            return (self.fine,)
+        found: list[tuple[Fine, ...]] = []
+        place = 0
+        for piece in self.thing.own.pieces:
+            found.append(self.fine[place : place + len(piece)])
+            place += len(piece)
+        return tuple(found)
 
     @cached_property
     def filled(self) -> Fine:

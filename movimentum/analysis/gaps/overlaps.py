@@ -15,6 +15,7 @@ import numpy as np
 from movimentum.analysis.gaps.between import LONGER_WAY, GapPairs, GapPoses
 from movimentum.analysis.gaps.bodies import bodies_of, excused
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.cancellation import look
 from movimentum.records import dataclass, replace
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -60,6 +61,7 @@ def overlaps(motion: PathMotion, *, all_layers: bool = False) -> list[Overlap]:
     if len(bodies) < 2:
         return []
     for place, tau in _pieces(motion):
+        look()
         segment = motion.segments[place].segment
         poses = motion.poses_in(place, tau)
         free = excused(motion.timeline.scene, segment, bodies, poses, all_layers=all_layers)

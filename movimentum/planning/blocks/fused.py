@@ -7,8 +7,10 @@ straight-line function a run costs what its arithmetic costs.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 from itertools import groupby
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +56,7 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks) ->
     for fused, some in groupby(moving, key=lambda block: bool(block.formulas)):
         if fused:
             runs = _runs(list(some))
-            result += [Run(tuple(block.number for block in run), _function(run, clocks)) for run in runs]
+            result += [Run(tuple(block.number for block in run), _kept(run, clocks)) for run in runs]
         else:
             result += [block.number for block in some]
     return (*result, *sorted(late & needed))
@@ -70,6 +72,23 @@ def _runs(blocks: Sequence[Block]) -> Iterator[Sequence[Block]]:
         if repeats or length == LONGEST or end == len(blocks):
             yield blocks[begin:end]
             begin = end
+
+
+_KEPT: WeakValueDictionary[tuple[tuple[int, ...], tuple[Fraction, ...]], Callable[..., Any]] = WeakValueDictionary()
+"""Functions of runs by the identities of their blocks and the clocks, as long as a plan has them: most edits of a
+script change few of its blocks.
+"""
+
+
+def _kept(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:
+    identities = tuple(block.identity for block in blocks)
+    if not all(identities):
+        return _function(blocks, clocks)
+    key = identities, tuple(clocks.starts)
+    found = _KEPT.get(key)
+    if found is None:
+        found = _KEPT[key] = _function(blocks, clocks)
+    return found
 
 
 def _function(blocks: Sequence[Block], clocks: Clocks) -> Callable[..., Any]:

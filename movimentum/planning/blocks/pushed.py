@@ -12,7 +12,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, substitute, symbol
 from movimentum.outlines.contour import Contour, put_in, slope
-from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of
+from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of, united
 from movimentum.planning.blocks.kinds import Block, Free, Pushing
 from movimentum.planning.blocks.masses import as_points
 from movimentum.planning.blocks.push_rows import GapRow, PullRows, PushRows, SkinBody
@@ -26,7 +26,7 @@ from movimentum.planning.structure.graph import strong_components
 from movimentum.planning.structure.metric import metric_of
 from movimentum.records import fields, replace
 from movimentum.scene.model import GapSide, Thing
-from movimentum.scene.outlines import Circle, rings_of
+from movimentum.scene.outlines import pieces_of, rings_of
 from movimentum.things.kinds.sprite import SpriteImage
 
 _POSE = (PoseX, PoseY, PoseCos, PoseSin)
@@ -272,14 +272,16 @@ def _curve(contour: Contour) -> Callable[[FloatArray], FloatArray]:
 def thing_skin(thing: Thing) -> Skin:
     """What of a thing may touch, in its local frame."""
     x, y = thing.anchors[0].local
-    skins: list[Skin] = []
-    for ring in rings_of(thing):
-        if isinstance(ring, Contour):
-            skins.append(skin_of(ring).placed(x, y, 1.0, 0.0))
-        else:
-            assert isinstance(ring, Circle)
-            skins.append(disc_skin(ring.radius, (x, y)))
-    return joined_skins(skins)
+    pieces: list[Skin] = []
+    for rings in pieces_of(thing):
+        skins: list[Skin] = []
+        for ring in rings:
+            if isinstance(ring, Contour):
+                skins.append(skin_of(ring).placed(x, y, 1.0, 0.0))
+            else:
+                skins.append(disc_skin(ring.radius, (x, y)))
+        pieces.append(joined_skins(skins))
+    return united(pieces)
 
 
 def anchor_skin(thing: Thing, anchor: int) -> Skin:

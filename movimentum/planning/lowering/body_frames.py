@@ -9,8 +9,8 @@ two circles are circles in the unknowns as they stand, and a loop of bars costs 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import TypeVar
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, rebuild, sub, symbols, walk
 from movimentum.records import dataclass
@@ -19,7 +19,6 @@ from movimentum.timeline.model import Segment
 
 Point = tuple[float, float]
 Vector = tuple[Expr, Expr]
-Number = TypeVar("Number")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +59,14 @@ class BodyFrame:
         ax, ay = self.stated_axis
         return add(mul(dx, ax), mul(dy, ay)), sub(mul(dy, ax), mul(dx, ay))
 
-    def of_thing(self, c: float, s: float) -> tuple[float, float]:
-        """The direction (cosine, sine) of this frame when the thing is turned by (c, s) from how it was drawn."""
-        return c * self.axis[0] - s * self.axis[1], s * self.axis[0] + c * self.axis[1]
-
-    def to_thing(self, c: Number, s: Number) -> tuple[Number, Number]:
-        """How far the thing is turned (cosine, sine) when this frame's direction is (c, s); floats or (F,) arrays."""
+    def to_thing(self, c: Any, s: Any, axis: Sequence[Any] | None = None) -> tuple[Any, Any]:
+        """How far the thing is turned (cosine, sine) when this frame's direction is (c, s); floats or arrays, or other
+        numbers, in which the ``axis`` is given then.
+        """
         if not self.turned:
             return c, s
-        ax, ay = self.axis
-        return c * ax + s * ay, s * ax - c * ay  # pyright: ignore[reportOperatorIssue, reportUnknownVariableType]
+        ax, ay = axis or self.axis
+        return c * ax + s * ay, s * ax - c * ay
 
     def turn_of(self, c: Expr, s: Expr) -> tuple[Expr, Expr]:
         """`to_thing` of expressions."""

@@ -46,13 +46,18 @@ def rounded(root: Expr) -> Expr:
     return memo[root]
 
 
+FOUND_ANEW = ("nearest", "nearest-turned")
 PHASE_OF_A_ROW = 30.0
 """Degrees: what the rows of a table count as where nodes are so close that no turn of a driving angle is missed."""
 
 
 def phases_of(node: Expr) -> tuple[Expr, ...]:
-    """What a path's nodes must follow closely, in degrees, or they may miss how ``node`` changes between them."""
+    """What a path's nodes must follow closely, in degrees, or they may miss how ``node`` changes between them. Places
+    of outlines that are found anew are no such thing: they jump, and nothing is missed between.
+    """
     match node.op:
+        case "sind" | "cosd" | "tand" | "table" if any(each.op in FOUND_ANEW for each in walk(*node.args)):
+            return ()
         case "sind" | "cosd" | "tand":
             return node.args
         case "table":

@@ -6,16 +6,18 @@ from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.constants import exact
+from movimentum.scene.expansion.bodies import BODY, join_shapes
 from movimentum.scene.expansion.constants import Constants
 from movimentum.scene.expansion.declaring import Body, Declarer, Made, TooMany
 from movimentum.scene.expansion.includes import Includer, ReadText
 from movimentum.scene.expansion.placement import CopyFrame, local_in, stated, statement_in
-from movimentum.scene.expansion.product import Expanded, NamedConstant, StepAt, Timed, TimedView
+from movimentum.scene.expansion.product import BodyShape, Expanded, NamedConstant, StepAt, Timed, TimedView
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
 from movimentum.scene.expansion.table_files import TableFiles
 from movimentum.scene.expansion.writing import ItemWriter
@@ -85,6 +87,7 @@ def expand(
             declarer.let(item, scope)
         _set(settings, scope, unfolding)
         body = declarer.body(tuple(item for item in script.items if not isinstance(item, Let)), scope)
+        joined = join_shapes(body, constants.rewriter, findings)
         expansion.body(body, expansion.strand(scope))
     except TooMany:
         return Expanded(unfolding.text(), (), (), (StepAt(Fraction(0), Span(0, 0)),), ())
@@ -98,7 +101,7 @@ def expand(
     return Expanded(
         source=unfolding.text(),
         configs=tuple(expansion.configs),
-        definitions=tuple(expansion.definitions),
+        definitions=tuple(expansion.all_definitions(joined)),
         steps=steps,
         statements=statements,
         constants=named,
@@ -146,6 +149,7 @@ class _Expansion:
         self.script = scope
         self.configs: list[ConfigStatement] = []
         self.definitions: list[Definition] = []
+        self.shapes: dict[str, BodyShape] = {}
         self.placements: dict[str, CopyFrame] = {}
         self.film_loops: list[tuple[FilmLoop, int]] = []
         self._views: list[tuple[ViewStatement, int]] = []
@@ -160,6 +164,7 @@ class _Expansion:
         """Write out the items of a body."""
         scope = body.scope
         for item in body.items:
+            look()
             match item:
                 case Body():
                     self.body(item, self.strand(item.scope) if item.copy else strand)
@@ -196,9 +201,24 @@ class _Expansion:
         if made is None:
             self.findings.broken.add(item.name)
         else:
+            placement = item.scope.owner.placement
+            if (shape := self.constants.rewriter.shapes.get(item.name)) is not None:
+                self.shapes[item.name] = BodyShape(made, placement, shape.minus, shape.prefix)
+                return
             self.definitions.append(made)
-            if not item.scope.owner.placement.is_here:
-                self.placements[item.name] = item.scope.owner.placement
+            if not placement.is_here and made.shape.word != BODY:  # whose shapes are placed
+                self.placements[item.name] = placement
+
+    def all_definitions(self, joined: Mapping[str, list[str]]) -> Iterator[Definition]:
+        """All things; those that are shapes of a body in it. A body that lacks one is left out."""
+        for made in self.definitions:
+            names = joined.get(made.name)
+            if names is None:
+                yield made
+            elif not all(name in self.shapes for name in names) or not names:
+                self.findings.broken.add(made.name)
+            else:
+                yield replace(made, shapes=tuple(self.shapes[name] for name in names))
 
     def _placed(self, said: Statement | ClaimStatement | None, scope: Scope) -> Statement | ClaimStatement | None:
         placement = scope.owner.placement

@@ -57,6 +57,18 @@ class TimedView:
 
 
 @dataclass(frozen=True, slots=True)
+class BodyShape:
+    """A shape of a ``.body``: its definition, under the name that it has in the whole script, and the ``placement`` of
+    its copy. ``minus``: it is cut out. ``prefix``: what its anchors are called after in the body.
+    """
+
+    definition: Definition
+    placement: CopyFrame
+    minus: bool
+    prefix: str
+
+
+@dataclass(frozen=True, slots=True)
 class Expanded:
     """A script without constants, parts, copies and loops.
 

@@ -12,6 +12,7 @@ from movimentum.scene.expansion.scopes import (
     CopyEntry,
     Entry,
     Scope,
+    ShapeEntry,
     ThingEntry,
     Value,
 )
@@ -25,15 +26,20 @@ from movimentum.syntax.expression_tree import (
     Index,
     Member,
     Name,
+    Several,
     Vector,
     children,
     postorder,
     rebuilt,
 )
+from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Text
 from movimentum.syntax.words import THING_MEMBERS
 
 Made = Expression | Entry
+
+OF_SEVERAL = frozenset({"gap", "on"})
+"""Functions that may be about several things: the least of their values."""
 
 
 @dataclass(slots=True, eq=False)
@@ -45,6 +51,8 @@ class Rewriter:
     whole_number: Callable[[Expression, str], int | None]
     tables: TableFiles
     things: dict[str, ThingEntry] = field(default_factory=dict[str, ThingEntry])
+    shapes: dict[str, ShapeEntry] = field(default_factory=dict[str, ShapeEntry])
+    """Things that are shapes of a body."""
     asked: list[tuple[Scope, str, Span, str]] = field(default_factory=list[tuple[Scope, str, Span, str]])
     """Variables of copies that are used from outside: (the copy's scope, name, place, the copy's name)."""
 
@@ -52,8 +60,29 @@ class Rewriter:
         """``root`` as it is meant in ``scope``; None after an error. Names in ``keep`` stay as they are."""
         made = self._made(root, scope, keep)
         if made is None or not isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
-            return made
+            if isinstance(made, Several):
+                return self._no_set(made)
+            return self._no_shape(made.name, made.span) if isinstance(made, Name) and made.name in self.shapes else made
         return self._no_value(made, scope.place(root.span))
+
+    def thing(self, root: Expression, scope: Scope) -> Expression | None:
+        """What names a thing before an anchor of it; None after an error."""
+        made = self._made(root, scope, frozenset())
+        if isinstance(made, Several):
+            return self._no_set(made)
+        if isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
+            return self._no_value(made, scope.place(root.span))
+        return made
+
+    def all_named(self, root: Expression, scope: Scope) -> list[Expression]:
+        """What names a thing, or several, one by one; nothing after an error."""
+        made = self._made(root, scope, frozenset())
+        if isinstance(made, Several):
+            return [Name(name, span=made.span) for name in made.names]
+        if isinstance(made, ArrayEntry | CopyEntry | ThingEntry):
+            self._no_value(made, scope.place(root.span))
+            return []
+        return [] if made is None else [made]
 
     def is_anchor(self, node: Expression) -> bool:
         """Whether a rewritten node is an anchor of a thing."""
@@ -85,8 +114,19 @@ class Rewriter:
     def _rebuilt(self, node: Expression, below: list[Made], span: Span, scope: Scope) -> Expression | None:
         plain: list[Expression] = []
         for each, child in zip(below, children(node), strict=True):
+            if isinstance(each, ArrayEntry) and isinstance(node, Call) and node.function in OF_SEVERAL:
+                several = self._several(each, child, scope.place(child.span))
+                if several is None:
+                    return None
+                each = several
             if isinstance(each, ArrayEntry | CopyEntry | ThingEntry):
                 self._no_value(each, span if isinstance(node, Call) else child.span)
+                return None
+            if isinstance(each, Several) and not (isinstance(node, Call) and node.function in OF_SEVERAL):
+                self._no_set(each)
+                return None
+            if isinstance(each, Name) and each.name in self.shapes:
+                self._no_shape(each.name, each.span)
                 return None
             plain.append(each)
         made = rebuilt(node, plain, span)
@@ -148,7 +188,14 @@ class Rewriter:
 
     def _member(self, node: Member, operand: Made, scope: Scope, span: Span) -> Made | None:
         name_span = scope.place(node.name_span)
+        if isinstance(operand, Several):
+            return self._no_set(operand)
         if isinstance(operand, ArrayEntry):
+            copies = [each for each in operand.entries.values() if isinstance(each, CopyEntry)]
+            own = {number: each.scope.entries.get(node.name) for number, each in enumerate(copies)}
+            found = {number: each for number, each in own.items() if each is not None}
+            if isinstance(node.operand, Index) and copies and len(found) == len(operand.entries):
+                return self._several(ArrayEntry(f"{operand.name}.{node.name}", found, operand.span), node, span)
             return self._no_value(operand, scope.place(node.operand.span))
         if isinstance(operand, ThingEntry):
             operand = Name(operand.name, span=scope.place(node.operand.span))
@@ -156,6 +203,9 @@ class Rewriter:
             part = operand.components["xy".index(node.name)]
             if isinstance(part, Constant):  # of a vector constant
                 return Constant(part.value, part.computed, span=span)
+        if isinstance(operand, Name) and (shape := self.shapes.get(operand.name)) is not None:
+            name = self.in_body(operand.name, node.name)
+            return Member(Name(shape.body, span=operand.span), name, span=span, name_span=name_span)
         if not isinstance(operand, CopyEntry):
             return Member(operand, node.name, span=span, name_span=name_span)
         inner = operand.scope
@@ -171,13 +221,15 @@ class Rewriter:
         return Name(inner.prefix + node.name, span=span)
 
     def _element(self, node: Index, below: list[Made], scope: Scope, span: Span) -> Made | None:
-        operand, index = below
+        operand, index, *last = below
         place = scope.place(node.index.span)
         if isinstance(index, ArrayEntry | CopyEntry | ThingEntry):
             return self._no_value(index, place)
         number = self.whole_number(index, "an index")
         if number is None:
             return None
+        if last:
+            return self._range(node, operand, number, last[0], scope)
         if isinstance(operand, ArrayEntry):
             entry = operand.entries.get(number)
             if entry is None:
@@ -197,6 +249,68 @@ class Rewriter:
             said = "a constant"
         self.findings.error("name/index", f"{said} is not an array, so it has no elements", place)
         return None
+
+    def _range(self, node: Index, operand: Made, first: int, end: Made, scope: Scope) -> Made | None:
+        """The elements of an array from one number to another."""
+        assert node.last is not None
+        place = scope.place(node.index.span.to(node.last.span))
+        last = None if isinstance(end, ArrayEntry | CopyEntry | ThingEntry) else self.whole_number(end, "an index")
+        if last is None:
+            return None
+        if isinstance(operand, Name) and operand.name not in self.things:
+            guess = self.findings.nearest(operand.name, [each for each in scope.owner.entries])
+            helps = (replacement(f"did you mean `{guess}`?", operand.span, guess),) if guess else ()
+            message = f"there are no things called `{operand.name}`"
+            self.findings.error("name/unknown-thing", message, operand.span, helps=helps)
+            return None
+        if not isinstance(operand, ArrayEntry):
+            name = f"`{operand.name}`" if isinstance(operand, Name | CopyEntry | ThingEntry) else "this"
+            self.findings.error("name/index", f"{name} is not an array, so it has no elements", place)
+            return None
+        if last < first:
+            message = f"`{first}..{last}` is empty: a range goes from its least to its greatest index"
+            helps = (replacement(f"write `{last}..{first}`", place, f"{last}..{first}"),)
+            self.findings.error("name/index", message, place, helps=helps)
+            return None
+        missing = next((number for number in (first, last) if number not in operand.entries), None)
+        if missing is not None:
+            self._outside_array(operand, missing, scope.place((node.last if missing == last else node.index).span))
+            return None
+        some = {number: each for number, each in operand.entries.items() if first <= number <= last}
+        return self._several(ArrayEntry(operand.name, some, operand.span), node, scope.place(node.span))
+
+    def _several(self, array: ArrayEntry, node: Expression, span: Span) -> Several | ArrayEntry | None:
+        """The things of an array; of an array of copies the array itself."""
+        names: list[str] = []
+        stack: list[Entry] = [array]
+        while stack:
+            entry = stack.pop()
+            if isinstance(entry, CopyEntry):
+                return array
+            if isinstance(entry, ThingEntry) and entry.name in self.shapes:
+                return self._no_shape(entry.name, span)
+            if isinstance(entry, ThingEntry):
+                names.append(entry.name)
+            else:
+                stack += [entry.entries[number] for number in sorted(entry.entries, reverse=True)]
+        return Several(tuple(names), expression_text(node), span=span)
+
+    def in_body(self, shape: str, name: str) -> str:
+        """What the body of a shape calls an anchor or a property of it."""
+        own = name not in self.things[shape].anchors and name in THING_MEMBERS
+        return name if own else self.shapes[shape].prefix + name
+
+    def _no_shape(self, name: str, span: Span) -> None:
+        body = self.shapes[name].body
+        message = f"`{name}` is a shape of the body `{body}`, not a thing of its own"
+        helps = (replacement(f"name the body: `{body}`", span, body),)
+        label = Label(self.things[body].span, f"`{body}` is defined here")
+        self.findings.error("body/shape", message, span, labels=(label,), helps=helps)
+
+    def _no_set(self, node: Several) -> None:
+        message = f"`{node.said}` is {len(node.names)} things, not a value"
+        helps = (f"`.gap(A, {node.said})` and `.on(A.P, {node.said})` take several: the least of their values",)
+        self.findings.error("kind/mismatch", message, node.span, helps=helps)
 
     def _has_anchors(self, node: Member) -> bool:
         """Whether a rewritten node is the name of several anchors of a thing, ``Star.P``."""

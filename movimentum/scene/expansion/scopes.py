@@ -21,6 +21,15 @@ class ThingEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class ShapeEntry:
+    """A thing that is a shape of a ``body``, where its anchors have a ``prefix``."""
+
+    body: str
+    prefix: str
+    minus: bool
+
+
+@dataclass(frozen=True, slots=True)
 class ArrayEntry:
     """Things or copies that have indices."""
 

@@ -36,6 +36,7 @@ VALUED = frozenset({"over", "while", "clip", "follows"})
 """Options whose arguments have a value in every frame, or name things."""
 MOST_ANCHORS = 10_000
 """That one range may define."""
+BODY = "body"
 _NOTHING: frozenset[str] = frozenset()
 
 
@@ -87,6 +88,8 @@ class ItemWriter:
         errors, shape = self.findings.errors, self._shape(definition.shape, scope)
         parts: list[Part] = []
         for part in definition.parts:
+            if definition.shape.word == BODY and isinstance(part, Reference):
+                continue
             bound = _parameter(part, definition.shape.word)
             for each, inner in self._turns(part, scope):
                 made = self._part(each, inner, own | bound)
@@ -208,14 +211,18 @@ class ItemWriter:
                 made = self._options((part,), scope, own)
                 return None if made is None else made[0]
             case Reference():
-                thing = rewrite(part.thing, scope)
+                rewriter = self.constants.rewriter
+                thing = rewriter.thing(part.thing, scope) if part.anchor else rewrite(part.thing, scope)
                 if thing is None:
                     return None
                 index = None if part.index is None else rewrite(part.index, scope)
                 number = None if index is None else self.constants.whole_number(index, "an index")
                 if part.index is not None and number is None:
                     return None
-                anchor = part.anchor if number is None else f"{part.anchor}[{number}]"
+                anchor = part.anchor
+                if isinstance(thing, Name) and (shape := rewriter.shapes.get(thing.name)) is not None:
+                    anchor, thing = rewriter.in_body(thing.name, anchor), Name(shape.body, span=thing.span)
+                anchor = anchor if number is None else f"{anchor}[{number}]"
                 return Reference(thing, anchor, span=span, anchor_span=scope.place(part.anchor_span))
             case AnchorDefinition():
                 if scope.constant(part.name) is not None:

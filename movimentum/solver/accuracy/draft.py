@@ -189,9 +189,7 @@ def _farthest(plan: Plan, base: Snapshot, one: State, other: State, compared: Bo
     worst = 0.0
     for (t, a), (_, b) in zip(placements(plan, one, base), placements(plan, other, base), strict=True):
         for anchor in plan.system.scene.things[t].anchors:
-            x, y = anchor.local
-            dx = (a.x + (a.c * x - a.s * y)) - (b.x + (b.c * x - b.s * y))
-            dy = (a.y + (a.s * x + a.c * y)) - (b.y + (b.s * x + b.c * y))
-            off = np.broadcast_to(np.hypot(dx, dy), len(compared))[compared]
+            (x, y), (u, v) = a.world(*anchor.local), b.world(*anchor.local)
+            off = np.broadcast_to(np.hypot(x - u, y - v), len(compared))[compared]
             worst = max(worst, float(np.max(off[np.isfinite(off)], initial=0.0)))
     return worst

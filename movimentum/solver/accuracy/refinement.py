@@ -20,16 +20,17 @@ from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.integrals import closed_form
-from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, Rate
+from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.notes import Attained
 from movimentum.solver.accuracy.polish import RowContext, Rows, make_rows, polished
-from movimentum.solver.accuracy.wide_poses import RefinedPoses, WidePose
+from movimentum.solver.accuracy.wide_poses import RefinedPoses
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+from movimentum.solver.basis.body_pose import BodyPose, solved_pose
 from movimentum.solver.basis.instants import at_times
 from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.sizes import scale_of
@@ -103,7 +104,7 @@ class RefinedMotion:
     def _refined(self, poses: Poses, times: list[Fraction]) -> RefinedPoses:
         floats = self.arithmetic.floats
         things = [
-            WidePose(
+            BodyPose(
                 floats(poses.origin[t, :, 0]),
                 floats(poses.origin[t, :, 1]),
                 floats(poses.direction[t, :, 0]),
@@ -140,7 +141,7 @@ class RefinedMotion:
     def _put(
         self,
         poses: Poses,
-        things: list[WidePose],
+        things: list[BodyPose],
         scalars: dict[tuple[str, int | None], Number],
         places: NDArray[np.intp],
         moment: _Moment,
@@ -169,33 +170,19 @@ class RefinedMotion:
         """Every thing's pose and every other unknown at ``times``, which lie in ``piece`` of segment ``number``."""
         state = self.state(number, piece, times)[0]
         before = self._before(number)
-        number_of = piece.plan.system.number_of
+        system, evaluator = piece.plan.system, self._evaluator
+        dx, dy = (evaluator.decimal(v) for v in system.shift)
 
-        def value(payload: Hashable) -> Number | None:
-            n = number_of.get(payload)
-            return None if n is None else state[n]
+        def sine_and_cosine(angle: Number) -> tuple[Number, Number]:
+            sine, cosine = (self.arithmetic.call(op, None, [angle]) for op in ("sind", "cosd"))
+            return sine, cosine
 
-        things: list[WidePose] = []
-        for thing in piece.plan.system.scene.things:
-            t = thing.number
-            frame = piece.plan.system.frame(t)
-            old = before.things[t]
-            angle = value(ThingAngle(t))
-            c, s = value(PoseCos(t)), value(PoseSin(t))
-            if c is None or s is None:
-                c, s = old.c, old.s
-                if angle is not None:
-                    c, s = (self.arithmetic.call(op, None, [angle]) for op in ("cosd", "sind"))
-            elif frame.turned:
-                ax, ay = (self._evaluator.constant(v) for v in frame.stated_axis)
-                c, s = c * ax + s * ay, s * ax + -(c * ay)
-            rx, ry = (self._evaluator.constant(v) for v in frame.stated_origin)
-            x, y = value(PoseX(t)), value(PoseY(t))
-            dx, dy = (self._evaluator.decimal(v) for v in piece.plan.system.shift)
-            x = old.x + (old.c * rx + -(old.s * ry)) if x is None else x + dx
-            y = old.y + (old.s * rx + old.c * ry) if y is None else y + dy
-            things.append(
-                WidePose(x + -(c * rx + -(s * ry)), y + -(s * rx + c * ry), c, s, old.angle if angle is None else angle)
+        things = list(before.things)
+        for body in piece.plan.bodies:
+            t, frame = body.thing, system.frame(body.thing)
+            rx, ry, ax, ay = map(evaluator.constant, (*frame.stated_origin, *frame.stated_axis))
+            things[t] = solved_pose(
+                system, body, (rx, ry, ax, ay), state.__getitem__, things[t], sine_and_cosine, (dx, dy)
             )
         others = dict(before.others)
         for unknown in piece.plan.system.unknowns:
@@ -210,7 +197,7 @@ class RefinedMotion:
         if not self._moments:
             zero, one = decimal(0.0), decimal(1.0)
             self._moments.append(
-                _Moment([WidePose(zero, zero, one, zero, zero) for _ in self.timeline.scene.things], {})
+                _Moment([BodyPose(zero, zero, one, zero, zero) for _ in self.timeline.scene.things], {})
             )
         while len(self._moments) <= number:
             index = len(self._moments) - 1
@@ -219,7 +206,7 @@ class RefinedMotion:
             if isinstance(last, Unsolved) or segment_motion.troubles:
                 now = following.base.now
                 floats = self.arithmetic.floats
-                poses = [WidePose(*(floats(np.array([v])) for v in (p.x, p.y, p.c, p.s, p.angle))) for p in now.things]
+                poses = [BodyPose(*(floats(np.array([v])) for v in (p.x, p.y, p.c, p.s, p.angle))) for p in now.things]
                 self._moments.append(_Moment(poses, {k: floats(np.array([v])) for k, v in now.others.items()}))
             else:
                 self._moments.append(self.moment_of(index, last, [segment_motion.segment.end]))
@@ -383,7 +370,7 @@ class RefinedMotion:
 class _Moment:
     """Every thing's pose, and the other unknowns by payload, over some instants (or one)."""
 
-    things: list[WidePose]
+    things: list[BodyPose]
     others: dict[Hashable, Number]
 
 

@@ -11,22 +11,8 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Thing
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.poses import Poses
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WidePose:
-    """A thing over F instants: local origin (x, y), direction (c, s), turn in degrees."""
-
-    x: Number
-    y: Number
-    c: Number
-    s: Number
-    angle: Number
-
-    def taken(self, chosen: NDArray[np.int64] | slice) -> WidePose:
-        """Some of the instants."""
-        return WidePose(self.x[chosen], self.y[chosen], self.c[chosen], self.s[chosen], self.angle[chosen])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +22,7 @@ class RefinedPoses(Poses):
     """
 
     evaluator: Evaluator
-    pose: tuple[WidePose, ...]
+    pose: tuple[BodyPose, ...]
     scalars: dict[tuple[str, int | None], Number]
     instants: Number
     size: float
@@ -61,11 +47,8 @@ class RefinedPoses(Poses):
 
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
         """(F,) one world coordinate of a thing's point, with all digits."""
-        pose = self.pose[thing]
         x, y = (self.evaluator.constant(value) for value in stated_point(self.things[thing], local))
-        if axis == 0:
-            return pose.x + (pose.c * x + -(pose.s * y))
-        return pose.y + (pose.s * x + pose.c * y)
+        return self.pose[thing].world(x, y)[axis]
 
     def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
         """(F, 2) world positions of the point ``local`` of thing number ``thing``, rounded once."""
@@ -85,7 +68,7 @@ class RefinedPoses(Poses):
         return RefinedPoses(
             **{name: getattr(plain, name) for name in Poses.__dataclass_fields__},
             evaluator=self.evaluator,
-            pose=tuple(pose.taken(chosen) for pose in self.pose),
+            pose=tuple(pose.each(lambda part: part[chosen]) for pose in self.pose),
             scalars={key: value[chosen] for key, value in self.scalars.items()},
             instants=self.instants[chosen],
             size=self.size,

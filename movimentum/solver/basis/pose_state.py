@@ -11,10 +11,11 @@ from collections.abc import Hashable
 from movimentum.expressions import Expr, evaluate_op, walk
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
-from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX
+from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
+from movimentum.solver.basis.body_pose import numbers_of, pose_part
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,14 +54,7 @@ class Snapshot:
             exact = self.solved.get(payload)
             if exact is not None and self.frames[payload.thing] == frame:
                 return exact
-            if isinstance(payload, PoseCos):
-                return frame.of_thing(pose.c, pose.s)[0]
-            if isinstance(payload, PoseSin):
-                return frame.of_thing(pose.c, pose.s)[1]
-            rx, ry = frame.origin
-            if isinstance(payload, PoseX):
-                return pose.x + (pose.c * rx - pose.s * ry) - system.shift[0]
-            return pose.y + (pose.s * rx + pose.c * ry) - system.shift[1]
+            return pose_part(payload, numbers_of(frame), pose, system.shift)
         found = self.others.get(payload)
         return self._nearest(system, payload) if found is None and isinstance(payload, ContactPlace) else found
 

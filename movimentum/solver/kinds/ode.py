@@ -193,7 +193,7 @@ def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[Flo
             found = np.zeros((many, count, states, states))
             for (i, j), value in zip(partials, slope(known(z), clocks), strict=True):
                 found[:, :, i, j] = np.broadcast_to(value, (count, many)).T
-            return found
+            return found if count > 1 else found[:, 0]
 
         return Slopes(rates, slopes)
 

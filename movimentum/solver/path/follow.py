@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.cancellation import look
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
 from movimentum.solver.continuation.coincidences import LARGEST_TURN
@@ -31,6 +32,7 @@ def follow(
         return instant(plan, segment_start, begin, choices), gaps
     grid = Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
+        look()
         places = vanishing(piece, grid, block)
         track = kernels.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)

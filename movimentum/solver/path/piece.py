@@ -12,6 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.cancellation import look
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -137,6 +138,7 @@ class Piece:
         bad = np.zeros(len(instants), dtype=np.bool_)
         with np.errstate(all="ignore"):
             for number in range(len(self.tracks)) if only is None else only:
+                look()
                 failed = kernels.evaluate(self, plan.blocks[number], self.tracks[number], state, instants)
                 if failed is not None:
                     bad |= failed

@@ -53,9 +53,9 @@ class PushCourse:
 
     def instant(self, tau: float, x: FloatArray, contacts: Sequence[PartPair], after: bool = False) -> Instant:
         """What moves the block at core values ``x`` (n,), where these contacts may hold it."""
-        return self._seen(tau, x, tuple(contacts), after)[0]
+        return self.seen(tau, x, tuple(contacts), after)[0]
 
-    def _seen(self, tau: float, x: FloatArray, contacts: tuple[PartPair, ...], after: bool) -> tuple[Instant, Lines]:
+    def seen(self, tau: float, x: FloatArray, contacts: tuple[PartPair, ...], after: bool) -> tuple[Instant, Lines]:
         for time, core, ahead, some, instant, lines in self._last:
             if time == tau and ahead == after and some == contacts and core == x.tobytes():
                 return instant, lines

@@ -151,7 +151,7 @@ class Going:
 
     def _now(self, tau: float, x: FloatArray) -> Instant:
         """The instant, without contacts that have opened since the phase began."""
-        now, lines = self.course._seen(tau, x, self.touching, False)
+        now, lines = self.course.seen(tau, x, self.touching, False)
         loose = [k for k, contact in enumerate(self.touching) if contact in self.loose and contact.gap != RATE]
         gone = [k for k in loose if lines.values[k] > self.course.closed]
         if not gone:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import Expr, const, substitute
+from movimentum.expressions import Expr, const, substitute, symbol
 from movimentum.planning.blocks.push_rows import GapRow, SkinBody
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.records import dataclass
@@ -70,29 +70,28 @@ def _is_free(contacts: Contacts, body: SkinBody) -> bool:
     return any(n in contacts.place for n in body.numbers[:2] if n is not None)
 
 
+def _point(body: SkinBody) -> tuple[Expr, Expr] | None:
+    """The coordinates of a side that is an anchor."""
+    anchor = body.side.anchor
+    if anchor is None:
+        return None
+    x, y = (symbol(AnchorCoordinate(body.thing, anchor, axis)) for axis in (0, 1))
+    return x, y
+
+
 class WholeGap:
     """The distance of two outlines over the whole of both, wherever they are."""
 
     def __init__(self, gap: GapRow) -> None:
         self.gap = gap
-        sides = []
-        for body in (gap.first, gap.second):
-            anchor = body.side.anchor
-            t = body.thing
-            point = (
-                None if anchor is None else tuple(Expr("symbol", (), AnchorCoordinate(t, anchor, k)) for k in (0, 1))
-            )
-            sides.append(point)
-        pair = ContactPair(
-            *(
-                None if point is not None else body.thing
-                for point, body in zip(sides, (gap.first, gap.second), strict=True)
-            )
-        )
+        bodies = gap.first, gap.second
+        points = [_point(body) for body in bodies]
+        first, second = ((body.thing,) if point is None else None for body, point in zip(bodies, points, strict=True))
+        pair = ContactPair(first, second)
         self.things = gap.first.things
-        (self.value,) = contact_value("gap", pair, sides, self.things)
+        (self.value,) = contact_value("gap", pair, points, self.things)
 
-    def placed(self, body: SkinBody, pose: tuple[float, float, float, float]) -> Placed:
+    def placed(self, body: SkinBody, pose: Sequence[float]) -> Placed:
         """A pose of its frame as one of the thing."""
         x, y, c, s = pose
         frame: BodyFrame = body.frame
@@ -130,7 +129,7 @@ class WholeGap:
             if value >= -PUSH_HOLDS * size:
                 return places[side][0], places[side][1]
             step = PUSH_LOOK * size
-            slope = []
+            slope: list[float] = []
             for axis in (0, 1):
                 moved = list(places[side])
                 moved[axis] += step

@@ -13,7 +13,7 @@ ones (coefficient-parameter homotopy; ch. 7 there).
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -133,7 +133,7 @@ class AllSolutions:
     def _every(self, values: Inputs, clocks: list[float]) -> RealSolutions:
         """The solutions for given inputs, from those of a system that is solved at a glance."""
         assert self.degrees is not None
-        ends, finished = _track(_Problem(self.block, values, clocks, self.scale, self.degrees))
+        ends, finished = _track(_ComplexRows(self.block, clocks, self.scale).total_degree(values, self.degrees))
         return RealSolutions(self._real(ends), finished, math.prod(self.degrees))
 
     def _real(self, ends: ComplexArray) -> list[FloatArray]:
@@ -152,7 +152,7 @@ class AllSolutions:
             if n in generic:
                 generic[n] = generic[n] + size * complex(*generator.normal(size=2))
         assert self.degrees is not None
-        ends, finished = _track(_Problem(self.block, generic, clocks, self.scale, self.degrees))
+        ends, finished = _track(_ComplexRows(self.block, clocks, self.scale).total_degree(generic, self.degrees))
         return _Family(self.block, generic, clocks, self.scale, ends if finished else ends[:0])
 
 
@@ -176,6 +176,17 @@ class _ComplexRows:
     def __init__(self, block: Newton, clocks: list[float], scale: FloatArray) -> None:
         self.block, self.clocks, self.scale = block, clocks, scale
         self.rows: FloatArray = np.ones(block.rows)
+
+    def measured(self, probes: ComplexArray, inputs: Inputs) -> None:
+        """Make the rows of size one at ``probes`` (paths, n)."""
+        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, inputs)[0]), axis=0), LEAST_DIVISOR)
+
+    def total_degree(self, inputs: Inputs, degrees: Sequence[int]) -> TotalDegree:
+        """The deformation that finds all solutions for ``inputs``."""
+        generator = np.random.default_rng(2023)
+        problem = TotalDegree(lambda x: self.evaluated(x, inputs), degrees, generator)
+        self.measured(np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees)))), inputs)
+        return problem
 
     def evaluated(self, x: ComplexArray, inputs: Inputs) -> tuple[ComplexArray, ComplexArray]:
         """F (paths, n) and its Jacobian (paths, n, n) for given ``inputs``."""
@@ -203,7 +214,7 @@ class _Family(_ComplexRows):
         self.roots = roots
         if len(roots):
             some = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=(4, roots.shape[1])))
-            self.rows = np.maximum(np.max(np.abs(self.evaluated(some, generic)[0]), axis=0), LEAST_DIVISOR)
+            self.measured(some, generic)
 
     def lead_to(self, target: Inputs) -> None:
         """The inputs at t = 1."""
@@ -225,27 +236,28 @@ class _Family(_ComplexRows):
         return values, jacobian, (ahead - behind) / (2.0 * HOMOTOPY_DIFFERENCE)
 
 
-class _Problem(_ComplexRows):
-    """H(x, t) = (1 - t) g G(x) + t F(x) in unknowns of size one and rows of size one."""
+class TotalDegree:
+    """H(x, t) = (1 - t) g G(x) + t F(x), where ``rows`` gives F (paths, n) of these ``degrees`` and its Jacobian, and G
+    is x_i^d_i - r_i. ``generator`` chooses g and r.
+    """
 
     def __init__(
-        self, block: Newton, state: Inputs, clocks: list[float], scale: FloatArray, degrees: Sequence[int]
+        self,
+        rows: Callable[[ComplexArray], tuple[ComplexArray, ComplexArray]],
+        degrees: Sequence[int],
+        generator: np.random.Generator,
     ) -> None:
-        super().__init__(block, clocks, scale)
-        generator = np.random.default_rng(2023)
-        self.state = state
-        self.degrees = np.array(degrees)
+        self.rows = rows
+        self.degrees: NDArray[np.int64] = np.array(degrees, dtype=np.int64)
         self.turn = np.exp(2j * np.pi * generator.uniform())
         self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
-        probes = np.exp(2j * np.pi * generator.uniform(size=(4, len(degrees))))
-        self.rows = np.maximum(np.max(np.abs(self.evaluated(probes, state)[0]), axis=0), LEAST_DIVISOR)
 
     def starts(self) -> ComplexArray:
         """All solutions of the start system (paths, n)."""
-        roots: list[ComplexArray] = []
-        for i, constant in enumerate(self.constants):
-            d = int(self.degrees[i])
-            roots.append(complex(constant) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d))
+        roots = [
+            complex(c) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d)
+            for c, d in zip(self.constants, map(int, self.degrees), strict=True)
+        ]
         grid = np.meshgrid(*roots, indexing="ij")
         return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
 
@@ -253,9 +265,10 @@ class _Problem(_ComplexRows):
         self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """H, its Jacobian by x, and its derivative by t (the same function on all ``paths``)."""
-        values, jacobian = self.evaluated(x, self.state)
-        start = self.turn * (x**self.degrees - self.constants)
-        slope = self.turn * self.degrees * x ** (self.degrees - 1)
+        values, jacobian = self.rows(x)
+        powers: Any = self.degrees
+        start = self.turn * (x**powers - self.constants)
+        slope = self.turn * powers * x ** (powers - 1)
         left, right = (1.0 - t)[:, None], t[:, None]
         whole = right[..., None] * jacobian
         for i in range(x.shape[1]):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, least_squares
 from movimentum.planning.plan import Plan
+from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
@@ -275,9 +276,29 @@ def _settled(sizes: FloatArray) -> bool:
 
 
 def _unmet_linear(demands: Demands, chosen: Sequence[int]) -> list[int] | None:
-    """The fewest linear rows that contradict, found by elimination; None where all can be met."""
+    """The fewest linear rows that contradict, found by elimination; None where all can be met. Rows that share no
+    unknown are looked at apart.
+    """
     linear = np.array(chosen, dtype=np.intp)
+    for together in _row_groups(demands.matrix[linear]):
+        unmet = _unmet_together(demands, linear[together])
+        if unmet is not None:
+            return unmet
+    return None
+
+
+def _row_groups(matrix: FloatArray) -> list[list[int]]:
+    """The rows of ``matrix`` in groups of those that share columns."""
+    rows, columns = np.nonzero(matrix)
+    count = len(matrix)
+    links = zip(rows.tolist(), (count + columns).tolist(), strict=True)
+    found = ([n for n in group if n < count] for group in groups(count + matrix.shape[1], list(links)))
+    return [group for group in found if group]
+
+
+def _unmet_together(demands: Demands, linear: NDArray[np.intp]) -> list[int] | None:
     rows = demands.matrix[linear]
+    rows = rows[:, np.any(rows != 0.0, axis=0)]
     demands.effort.spend(ELIMINATED * rows.size)
 
     def unmet(some: NDArray[np.intp]) -> bool:
@@ -285,7 +306,7 @@ def _unmet_linear(demands: Demands, chosen: Sequence[int]) -> list[int] | None:
         return bool(np.any(np.abs(apart) > FIT_ROW_MET))
 
     every = np.arange(len(linear))
-    if not len(linear) or not unmet(every):
+    if not unmet(every):
         return None
     # the certificate: multipliers that add the rows up to 0 = something else
     left = demands.right[linear] - rows @ least_squares(rows, demands.right[linear])

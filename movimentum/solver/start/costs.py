@@ -37,7 +37,7 @@ class Measures:
         self.plan = plan
         self.carry = carry
         self.ahead = ahead
-        self.carried = tuple(self._is_carried(n) for n in range(len(plan.system.unknowns)))
+        self._carried: dict[int, bool] = {}
         self._before: dict[int, float | None] = {}
 
     def before(self, unknown: int) -> float | None:
@@ -46,18 +46,23 @@ class Measures:
             self._before[unknown] = self.carry.now.value(self.plan.system, unknown)
         return self._before[unknown]
 
-    def _is_carried(self, unknown: int) -> bool:
-        known = self.plan.system.unknowns[unknown]
-        return known.payload in self.carry.now.others if known.thing is None else known.thing in self.carry.now.known
+    def carried(self, unknown: int) -> bool:
+        """Whether a value is carried over."""
+        found = self._carried.get(unknown)
+        if found is None:
+            known, now = self.plan.system.unknowns[unknown], self.carry.now
+            found = known.payload in now.others if known.thing is None else known.thing in now.known
+            self._carried[unknown] = found
+        return found
 
     def break_of(self, block: Block, state: State) -> float:
         """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""
-        if not any(self.carried[n] for n in block.unknowns):
+        if not any(self.carried(n) for n in block.unknowns):
             return 0.0
         system = self.plan.system
         slower = 0.0
         for n in block.unknowns:
-            before = self.before(n) if self.carried[n] else None
+            before = self.before(n) if self.carried(n) else None
             if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
                 continue
             scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
@@ -81,7 +86,7 @@ class Measures:
                 continue
             value, _ = pair(state[n])
             if isinstance(payload, ThingAngle | VariableComponent):
-                if not self.carried[n]:
+                if not self.carried(n):
                     turned += SPELLING_WEIGHT * squared(
                         value / (TURN if isinstance(payload, ThingAngle) else self.plan.size)
                     )
@@ -90,7 +95,7 @@ class Measures:
             before = self.before(n)
             if before is None:
                 continue
-            if self.carried[n]:
+            if self.carried(n):
                 scale = 1.0 if isinstance(payload, PoseCos | PoseSin) else self.plan.size
                 carried += squared((value - before) / scale)
             elif isinstance(payload, PoseCos | PoseSin):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, least_squares, solutions
+from movimentum.cancellation import look
 from movimentum.records import dataclass
 from movimentum.solver.start.demands import Demands, Effort
 from movimentum.tolerances import (
@@ -216,6 +217,7 @@ def eliminated(
     rows: list[int] = []
     dependent: list[int] = []
     for i in order.tolist():
+        look()
         # rows are reduced when they are reached: most pivots are not in them
         if pivots:
             wide[i] -= wide[i, pivots] @ wide[rows]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.cancellation import look
 from movimentum.planning.blocks.kinds import (
     Block,
     Free,
@@ -103,6 +104,7 @@ class BlockOptions:
         Asked again while all that it reads is the same, a block in closed form is not solved again: the search begins
         where the drawing was just looked at.
         """
+        look()
         self.tried += 1
         if not block.closed_form:
             return self._solved(block, rejections)

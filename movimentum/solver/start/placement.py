@@ -7,12 +7,15 @@ stated directions fit: all that is then left to find is what differs from the dr
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray, first_of
+from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.cancellation import look
+from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
@@ -37,6 +40,9 @@ TOGETHER = 32
 """Inequalities in one function: a new one leaves the functions before its own as they were."""
 
 
+ComplexArray = NDArray[np.complex128]
+
+
 @dataclass(frozen=True, slots=True)
 class Lie:
     """A rigid motion of the plane: turn by ``turn`` radians about the origin, then move by (x, y)."""
@@ -46,36 +52,55 @@ class Lie:
     y: float = 0.0
 
 
-def placed(plan: Plan, state: State, clocks: Sequence[FloatArray], carry: Carry) -> Carry:
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """The connected parts of a plan that have several bodies, and what is about its things."""
+
+    bodies: list[list[BodyUnknowns]]
+    about: _About
+
+    @classmethod
+    def of(cls, plan: Plan, only: Container[int | None] | None = None) -> Parts:
+        """All of them, or those with some of the things ``only``."""
+        bodies = {body.thing: body for body in plan.bodies}
+        parts = ([bodies[t] for t in part if t in bodies] for part in connected_parts(plan))
+        # a single body has no inner pose that a drawing could tell
+        return cls(
+            [part for part in parts if len(part) > 1 and (only is None or any(body.thing in only for body in part))],
+            _About.of(plan.system),
+        )
+
+
+def placed(plan: Plan, parts: Parts, state: State, clocks: Sequence[FloatArray], carry: Carry) -> Carry:
     """``carry`` with every connected part of new things moved, as a body, to where its constraints are met as far as
     they do not depend on its inner motion; a part that fits nowhere stays as it is drawn.
 
     ``state`` has the unknowns that are known without any pose; all is looked at where the clocks stand first.
     """
-    system = plan.system
-    about = _About.of(system)
-    bodies = {body.thing: body for body in plan.bodies}
     things = list(carry.now.things)
     moved = False
     with np.errstate(all="ignore"):
-        for part in connected_parts(plan):
-            members = [t for t in part if t in bodies]
-            if len(members) < 2 or carry.now.known.intersection(members):
-                continue  # a single body has no inner pose that a drawing could tell
-            lie = _lie_of(plan, state, clocks, carry, [bodies[t] for t in members], about)
+        for bodies in parts.bodies:
+            look()
+            if any(body.thing in carry.now.known for body in bodies):
+                continue
+            lie = _lie_of(plan, state, clocks, carry, bodies, parts.about)
             if lie is not None and lie != Lie():
                 moved = True
-                for t in members:
-                    things[t] = _moved(things[t], lie, system.shift)
+                for body in bodies:
+                    things[body.thing] = _moved(things[body.thing], lie, plan.system.shift)
     return replace(carry, now=replace(carry.now, things=tuple(things))) if moved else carry
 
 
 @dataclass(frozen=True, slots=True)
 class _About:
-    """For every thing, what is about it: the equations and the constraints of its anchors, in their order."""
+    """For every thing, what is about it: the equations and the constraints of its anchors, in their order; and for
+    every unknown the inequalities that read it.
+    """
 
     equations: dict[int, list[int]]
     constraints: dict[int, list[int]]
+    selectors: dict[int, list[int]]
 
     @classmethod
     def of(cls, system: System) -> _About:
@@ -88,7 +113,11 @@ class _About:
         for number, constraint in enumerate(system.segment.active):
             if constraint.anchor is not None:
                 constraints.setdefault(constraint.anchor.thing, []).append(number)
-        return cls(equations, constraints)
+        selectors: dict[int, list[int]] = {}
+        for number, selector in enumerate(system.selectors):
+            for n in symbol_numbers(selector.value):
+                selectors.setdefault(n, []).append(number)
+        return cls(equations, constraints, selectors)
 
 
 def _gathered(lists: dict[int, list[int]], bodies: Sequence[BodyUnknowns]) -> list[int]:
@@ -115,11 +144,10 @@ def _lie_of(
         lie = rigid_motion(pins, plan.size)
         if lie is None or lie == Lie() or len({thing for _, _, thing in pins}) > 1:
             return lie
-        return (
-            lie
-            if closed and _Fit(plan, state, clocks, carry, bodies, _usable(plan, state, bodies, about)).meets(lie)
-            else None
-        )
+        if not closed:
+            return None
+        usable = _usable(plan, state, bodies, about)
+        return lie if _Fit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
     if not closed:
         return None
     usable = _usable(plan, state, bodies, about)
@@ -127,9 +155,9 @@ def _lie_of(
     single = [e for e in usable if len({plan.system.unknowns[n].thing for n in e.unknowns & own}) == 1]
     if not single:
         return None
-    fit = _Fit(plan, state, clocks, carry, bodies, single)
+    fit = _Fit(plan, state, clocks, carry, bodies, single, about)
     lie = Lie() if fit.meets(Lie()) else fit.best()
-    return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable).meets(lie) else None
+    return lie if lie is not None and _Fit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
 
 
 def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: _About) -> list[Equation]:
@@ -149,49 +177,74 @@ def pinned(
     things: Container[int],
     size: float,
     active: Sequence[Constraint] | None = None,
-) -> tuple[list[tuple[complex, complex, int]], bool]:
-    """The anchors of ``things`` that are pinned at stated places (where it is drawn, where it belongs, its thing), and
-    whether all anchors that are joined are drawn at one place.
+) -> tuple[list[Pin], bool]:
+    """The pins of ``things`` as they lie in ``carry``, and whether all anchors that are joined are drawn at one place
+    (see `pins_of`).
     """
-    shift = complex(*system.shift)
 
     def drawn(payload: AnchorCoordinate) -> complex:
         pose = carry.now.things[payload.thing]
         local = complex(*system.scene.things[payload.thing].anchors[payload.anchor].local)
         return complex(pose.x, pose.y) + complex(pose.c, pose.s) * local
 
-    pins: list[tuple[complex, complex, int]] = []
-    closed = True
-    for constraint in system.segment.active if active is None else active:
+    def stated(side: tuple[Expr, ...]) -> complex:
+        return complex(*(part.value or 0.0 for part in side))
+
+    pins, closed = pins_of(system, things, system.segment.active if active is None else active, drawn, stated, size)
+    return pins, bool(closed)
+
+
+Pin = tuple[Any, Any, int]
+"""Where an anchor is drawn and where it belongs, as complex numbers or (V,) arrays of them, and its thing."""
+
+
+def pins_of(
+    system: System,
+    things: Container[int],
+    active: Sequence[Constraint],
+    drawn: Callable[[AnchorCoordinate], Any],
+    stated: Callable[[tuple[Expr, ...]], Any],
+    size: Any,
+) -> tuple[list[Pin], Any]:
+    """The anchors of ``things`` that are pinned at places that are constants, and whether all anchors that are joined
+    are drawn at one place: of one pose, or of V.
+    """
+    shift = complex(*system.shift)
+    pins: list[Pin] = []
+    closed: Any = True
+    for constraint in active:
         if constraint.relation is not Relation.EQUAL or constraint.anchor is None or len(constraint.right) != 2:
             continue
         one, other = constraint.left[0].payload, constraint.right[0].payload
         if not isinstance(one, AnchorCoordinate) or one.thing not in things:
             continue
-        x, y = constraint.right[0].value, constraint.right[1].value
-        if x is not None and y is not None:
-            pins.append((drawn(one) - shift, complex(x, y) - shift, one.thing))
+        if all(part.value is not None for part in constraint.right):
+            pins.append((drawn(one) - shift, stated(constraint.right) - shift, one.thing))
         elif isinstance(other, AnchorCoordinate) and constraint.right[1].payload == replace(other, axis=1):
-            closed = closed and abs(drawn(one) - drawn(other)) <= PART_FITS * size
+            closed = closed & (abs(drawn(one) - drawn(other)) <= PART_FITS * size)
     return pins, closed
 
 
-def rigid_motion(pins: Sequence[tuple[complex, complex, int]], size: float) -> Lie | None:
+def rigid_motions(pins: Sequence[Pin], size: FloatArray) -> tuple[BoolArray, BoolArray, ComplexArray, ComplexArray]:
+    """(V,) whether drawn points lie where they belong; whether a rigid motion takes them there; its turn and way."""
+    here, there = (np.stack([np.broadcast_to(pin[end], len(size)) for pin in pins], axis=1) for end in (0, 1))
+    still = np.max(np.abs(here - there), axis=1) <= PART_FITS * size
+    middle, target = np.mean(here, axis=1), np.mean(there, axis=1)
+    turn = np.sum(np.conj(here - middle[:, None]) * (there - target[:, None]), axis=1)
+    turn = np.where(np.abs(turn) > 0.0, turn / np.where(np.abs(turn) > 0.0, np.abs(turn), 1.0), 1.0)
+    away = target - turn * middle
+    fits = np.max(np.abs(turn[:, None] * here + away[:, None] - there), axis=1) <= PART_FITS * size
+    return still, fits, turn, away
+
+
+def rigid_motion(pins: Sequence[Pin], size: float) -> Lie | None:
     """The rigid motion that takes drawn points (`pinned`) to where they belong; None where there is none."""
     if not pins:
         return Lie()
-    here, there = np.array([p for p, _, _ in pins]), np.array([q for _, q, _ in pins])
-    if np.max(np.abs(here - there)) <= PART_FITS * size:
-        return Lie()
-    middle = complex(np.mean(here))
-    turn = complex(np.vdot(here - middle, there - np.mean(there)))
-    if abs(turn) == 0.0 and len(set(there.tolist())) > 1:
-        return None
-    turn = turn / abs(turn) if abs(turn) > 0.0 else 1.0 + 0.0j
-    away = complex(np.mean(there)) - turn * middle
-    if not np.max(np.abs(turn * here + away - there)) <= PART_FITS * size:
-        return None
-    return Lie(float(np.angle(turn)), away.real, away.imag)
+    (still,), (fits,), (turn,), (away,) = rigid_motions(pins, np.array([size]))
+    if still or not fits:
+        return Lie() if still else None
+    return Lie(float(np.angle(turn)), float(away.real), float(away.imag))
 
 
 def _numbers(body: BodyUnknowns) -> Iterable[int]:
@@ -233,12 +286,12 @@ class _Fit:
         carry: Carry,
         bodies: Sequence[BodyUnknowns],
         rows: Sequence[Equation],
+        about: _About,
     ) -> None:
         used = {n for e in rows for n in e.unknowns}
         self.plan = plan
         self.bodies = [body for body in bodies if not used.isdisjoint(_numbers(body))]
         self.rows = rows
-        self.known = state
         self.first = tuple(first_of(clock) for clock in clocks)
         values = {n: carry.now.value(plan.system, n) or 0.0 for body in bodies for n in _numbers(body)}
         self.drawn = values
@@ -249,12 +302,17 @@ class _Fit:
         self.weights = np.array([1.0, plan.size, plan.size])
         self.residuals = code_of([e.residual for e in rows], plan.clocks)
         own = {n for body in self.bodies for n in _numbers(body)}
-        sides = [
-            selector.value
-            for selector in plan.system.selectors
-            if (read := symbol_numbers(selector.value)) & own and all(n in own or state[n] is not None for n in read)
-        ]
+        sides: list[Expr] = []
+        read = used | symbol_numbers(*(e.residual for e in rows))
+        for number in sorted({number for n in own for number in about.selectors.get(n, ())}):
+            value = plan.system.selectors[number].value
+            reads = symbol_numbers(value)
+            if all(n in own or state[n] is not None for n in reads):
+                sides.append(value)
+                read |= reads
         self.sides = [code_of(sides[i : i + TOGETHER], plan.clocks) for i in range(0, len(sides), TOGETHER)]
+        self.known = [(n, first_of(value)) for n in read if (value := state[n]) is not None]
+        self.count = len(state)
         self.natural = self._natural()
 
     def _natural(self) -> FloatArray:
@@ -336,7 +394,9 @@ class _Fit:
 
     def _state(self, lies: FloatArray, ways: FloatArray | None) -> State:
         count = len(lies)
-        state: State = [None if v is None else np.full(count, first_of(v)) for v in self.known]
+        state: State = [None] * self.count
+        for n, value in self.known:
+            state[n] = np.full(count, value)
         mx, my = self.middle
         for i, body in enumerate(self.bodies):
             lie = lies if ways is None else lies + ways[i]

@@ -356,22 +356,33 @@ LATE_EFFORT = 6_000
 
 
 def first_beginning(
-    plan: Plan, start: Fraction, length: float, refused: Selection, chosen: Callable[[float], Selection]
+    plan: Plan,
+    start: Fraction,
+    length: float,
+    refused: Selection,
+    chosen: Callable[[float], Selection],
+    still_refused: Callable[[float], bool],
 ) -> tuple[float, float, Selection] | None:
     """The first time of a segment at which there is a solution, where there is none to begin with, the time at or just
-    after it from which a path can be followed, and what is ``chosen`` there.
+    after it from which a path can be followed, and what is ``chosen`` there. Nothing has to be chosen where something
+    is ``still_refused`` (see `search.StillRefused`).
 
     None where none is found, not with as much work as `LATE_EFFORT`, or nothing that moves is in the way.
     """
     try:
         with limited(LATE_EFFORT // 4 if is_limited() else LATE_EFFORT):  # a trial is worth less
-            return _first_beginning(plan, start, length, refused, chosen)
+            return _first_beginning(plan, start, length, refused, chosen, still_refused)
     except GivenUp:
         return None
 
 
 def _first_beginning(
-    plan: Plan, start: Fraction, length: float, refused: Selection, chosen: Callable[[float], Selection]
+    plan: Plan,
+    start: Fraction,
+    length: float,
+    refused: Selection,
+    chosen: Callable[[float], Selection],
+    still_refused: Callable[[float], bool],
 ) -> tuple[float, float, Selection] | None:
     blocks = [plan.blocks[r.block] for r in refused.rejections if r.block is not None]
     if length <= 0.0 or not any(block.moving for block in blocks):
@@ -381,8 +392,8 @@ def _first_beginning(
         return None
     bad = 0.0
     for good in map(float, np.linspace(0.0, length, (LATE_NEWTON if newton_blocks else LATE) + 1)[1:]):
-        selection = chosen(good)
-        if selection.choices is None:
+        selection = None if still_refused(good) else chosen(good)
+        if selection is None or selection.choices is None:
             bad = good
             continue
         piece = instant(plan, start, good, selection.choices)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.arrays import first_of
+from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, field, replace
@@ -36,7 +37,7 @@ from movimentum.solver.start.candidates import (
 from movimentum.solver.start.judgements import Judgements
 from movimentum.solver.start.options import BlockOptions, BlockSolution
 from movimentum.solver.start.order import solving_order
-from movimentum.solver.start.placement import placed
+from movimentum.solver.start.placement import Parts, placed
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 
 if TYPE_CHECKING:
@@ -125,10 +126,56 @@ class _Level:
     solved: bool = False
 
 
+class StillRefused:
+    """Whether a plan has no solution at other offsets either, for the same reason: only what has to do with what was
+    ``refused`` is searched, not the rest of the scene.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        segment_start: Fraction,
+        ahead: float,
+        carry: Carry,
+        totals: dict[int, float],
+        refused: Selection,
+    ) -> None:
+        self._start = segment_start
+        self._ahead = ahead
+        self._search = _Search(plan, self._instants(plan, 0.0), carry, ahead, totals)
+        about = {number for part in refused.parts[-1:] for number in part.blocks if number >= 0}
+        self._only = _connected(plan, about)
+
+    def __call__(self, tau: float) -> bool:
+        """Whether there is none at offset ``tau``; False does not say that there is one."""
+        search = self._search
+        search.begin_at(self._instants(search.plan, tau))
+        with np.errstate(all="ignore"):
+            return search.run(self._only).choices is None
+
+    def _instants(self, plan: Plan, tau: float) -> Instants:
+        return at_offsets(plan.clocks, self._start, np.array([tau, tau + self._ahead]))
+
+
+def _connected(plan: Plan, numbers: Iterable[int]) -> frozenset[int]:
+    """The blocks that equations, inequalities and wishes connect with the blocks ``numbers``, however far."""
+    system = plan.system
+    read = [e.unknowns for e in system.equations]
+    read += [symbol_numbers(selector.value) for selector in system.selectors]
+    read += [symbol_numbers(*wish.errors) for wish in system.wishes]
+    read += [block.unknowns for block in plan.blocks]
+    links = [(first, n) for some in read for first, *others in [sorted(some)] if some for n in others]
+    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
+    wanted = {n for number in numbers for n in plan.blocks[number].unknowns}
+    together = (group for group in groups(len(system.unknowns), links) if not wanted.isdisjoint(group))
+    return frozenset(owner[n] for group in together for n in group if n in owner)
+
+
 class _Search:
     def __init__(self, plan: Plan, instants: Instants, carry: Carry, ahead: float, totals: dict[int, float]) -> None:
         self.plan = plan
         self.instants = instants
+        self.carry = carry
         self.blocks = BlockOptions(plan, instants, carry, ahead, totals)
         self.state = self.blocks.state
         self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
@@ -139,18 +186,30 @@ class _Search:
         self.doubted = 0
         self.asked = 0
         self.contradiction: Contradiction | None = None
-        self.rank: list[int] = []
+        branching = {block.number for block in plan.blocks if block.branches}
+        self.rank = solving_order(plan.blocks, self.owner, branching)
+        self.parts: Parts | None = None
+        self.touched, self.together = independent_parts(plan, branching, self.rank, self.judgements)
+
+    def begin_at(self, instants: Instants) -> None:
+        """Search at other instants, from the same pose, next."""
+        before = self.blocks
+        self.instants = instants
+        self.blocks = BlockOptions(self.plan, instants, self.carry, before.ahead, before.totals)
+        self.state = self.blocks.state
+        self.judgements.state, self.judgements.clocks = self.state, instants.clocks
 
     # --- independent parts
 
-    def run(self) -> Selection:
+    def run(self, only: Container[int] | None = None) -> Selection:
+        """The choices for all blocks; for ``only`` some, which nothing connects with the others, whether there are any
+        (`Selection.choices` are those then).
+        """
         plan = self.plan
-        branching = {block.number for block in plan.blocks if block.branches}
-        self.rank = solving_order(plan.blocks, self.owner, branching)
-        touched, together = independent_parts(plan, branching, self.rank, self.judgements)
+        touched, together = self.touched, self.together
         choices: dict[int, Choice] = {}
         parts: list[Part] = []
-        common = [b.number for b in plan.blocks if not touched[b.number]]
+        common = [b.number for b in plan.blocks if not touched[b.number] and (only is None or b.number in only)]
         rejections: list[Rejection] = []
         for number in [-1, *common]:
             if number >= 0:
@@ -172,9 +231,14 @@ class _Search:
                     frozenset(self.judgements.decisive),
                     tuple(rejections),
                 )
-        self.blocks.begin_from(placed(plan, self.state, self.instants.clocks, self.blocks.carry))
+        if self.parts is None:
+            things = (
+                None if only is None else {plan.system.unknowns[n].thing for n, b in self.owner.items() if b in only}
+            )
+            self.parts = Parts.of(plan, things)
+        self.blocks.begin_from(placed(plan, self.parts, self.state, self.instants.clocks, self.carry))
         for part_blocks in together:
-            if not touched[part_blocks[0]]:
+            if not touched[part_blocks[0]] or (only is not None and part_blocks[0] not in only):
                 continue
             part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))
             parts.append(part)
@@ -184,7 +248,7 @@ class _Search:
             choices.update(best.choices)
             for number in sorted(part_blocks, key=self.rank.__getitem__):
                 self.blocks.take(plan.blocks[number], best.choices[number])
-        ordered_choices = [choices[b.number] for b in plan.blocks]
+        ordered_choices = [choices[b.number] for b in plan.blocks if b.number in choices]
         return Selection(ordered_choices, tuple(parts), frozenset(self.judgements.decisive))
 
     def _search_part(self, numbers: list[int]) -> Part:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +16,7 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
+from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
@@ -31,7 +33,7 @@ from movimentum.variants.together.pattern import (
     filled,
     numbered,
 )
-from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import Varied
 
 ELEMENTS = 60_000
@@ -81,15 +83,20 @@ class BatchCourse:
 
 @dataclass(eq=False)
 class Batch:
-    """Solves variants of ``pattern`` together. ``unsure`` in what comes back are those that it cannot tell."""
+    """Solves variants of ``pattern`` together. ``unsure`` in what comes back are those that it cannot tell. ``times``:
+    the instants to look at, besides those of frames; those of the measures if there are any.
+    """
 
     pattern: Pattern
     lowered: LoweredMeasures | None
     intervals: int = INTERVALS
+    times: Sequence[Fraction] = ()
     _grids: dict[int, list[SegmentGrid]] = field(default_factory=dict[int, "list[SegmentGrid]"])
 
     def __post_init__(self) -> None:
-        expressions = self.lowered.read if self.lowered is not None else ()
+        expressions: Sequence[Expr] = ()
+        if self.lowered is not None:
+            expressions, self.times = self.lowered.read, self.lowered.measures.times
         self.payloads = _payloads_of(expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
@@ -115,10 +122,9 @@ class Batch:
         """The instants of every segment."""
         found = self._grids.get(self.intervals)
         if found is None:
-            times = self.lowered.measures.times if self.lowered is not None else ()
             timeline = self.pattern.timeline
             found = self._grids[self.intervals] = [
-                segment_grid(timeline, segment, place, times, self.intervals)
+                segment_grid(timeline, segment, place, self.times, self.intervals)
                 for place, segment in enumerate(self.pattern.segments)
             ]
         return found
@@ -259,7 +265,7 @@ class Batch:
             if item.constraint.number not in active:
                 continue
             (x, y), (u, v) = (
-                poses.get(thing.number, BodyPose()).world(places.local(thing.number, 0))
+                poses.get(thing.number, DRAWN).world(*places.local(thing.number, 0))
                 for thing in (item.first, item.second)
             )
             off = np.abs(np.hypot(u - x, v - y) - item.fitting)
@@ -276,11 +282,11 @@ class Batch:
             if thing.number not in poses:
                 continue
             after = poses[thing.number]
-            here = before.poses.get(thing.number, BodyPose())
-            first = BodyPose(*(column(value, 0) for value in (after.x, after.y, after.c, after.s, after.angle)))
+            here = before.poses.get(thing.number, DRAWN)
+            first = after.each(lambda part: column(part, 0))
             for k in range(len(thing.anchors)):
                 local = places.local(thing.number, k)
-                (x, y), (u, v) = first.world(local), here.world(local)
+                (x, y), (u, v) = first.world(*local), here.world(*local)
                 far = np.broadcast_to(np.hypot(u - x, v - y), (len(size), 1))[:, 0]
                 jumped |= ~(far <= JUMPED * size)
             turned = np.broadcast_to(first.c * here.c + first.s * here.s, (len(size), 1))[:, 0]
@@ -294,7 +300,7 @@ def _some(carried: Carried, chosen: IntArray) -> Carried:
     def part(value: Any) -> Any:
         return value[chosen] if np.ndim(value) and len(value) > 1 else value
 
-    poses = {n: BodyPose(*map(part, (p.x, p.y, p.c, p.s, p.angle))) for n, p in carried.poses.items()}
+    poses = {number: pose.each(part) for number, pose in carried.poses.items()}
     return Carried(poses, {payload: part(value) for payload, value in carried.others.items()})
 
 
@@ -312,8 +318,7 @@ def _carried(segment: SegmentPattern, poses: dict[int, BodyPose], state: State, 
     """What the end of a segment hands over."""
     found = dict(before.poses) if before is not None else {}
     others = dict(before.others) if before is not None else {}
-    for thing, pose in poses.items():
-        found[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+    found |= _at_last(poses)
     for unknown in segment.plan.system.unknowns:
         if unknown.thing is None and state[unknown.number] is not None:
             others[unknown.payload] = column(state[unknown.number], -1)
@@ -336,20 +341,12 @@ class _Read:
             return
         shape = places.count, len(grid.instants)
         number_of = segment.plan.system.number_of
-        known: list[Any] = []
-        worlds: dict[tuple[int, int], tuple[Any, Any]] = {}
-        for payload in batch.payloads:
-            match payload:
-                case AnchorCoordinate(thing, anchor, axis):
-                    if (thing, anchor) not in worlds:
-                        pose = poses.get(thing) or self.rest.get(thing) or BodyPose()
-                        worlds[thing, anchor] = pose.world(places.local(thing, anchor))
-                    known.append(worlds[thing, anchor][axis])
-                case ThingAngle(thing):
-                    known.append((poses.get(thing) or self.rest.get(thing) or BodyPose()).angle)
-                case _:
-                    n = number_of.get(payload)
-                    known.append(np.nan if n is None else state[n])
+
+        def other(payload: Hashable) -> Any:
+            n = number_of.get(payload)
+            return np.nan if n is None else state[n]
+
+        known = read_off(batch.payloads, self.rest | poses, places.local, other)
         start = segment.segment.start
         clocks = [float(start - clock) + grid.instants.tau for clock in batch.clocks.starts]
         with np.errstate(all="ignore"):
@@ -357,14 +354,18 @@ class _Read:
         tables = [np.broadcast_to(value, shape) for value in values]
         self.frames.append([table[:, grid.frames] for table in tables])
         self.at.append([table[:, grid.more] for table in tables])
-        for thing, pose in poses.items():
-            self.rest[thing] = BodyPose(*(column(value, -1) for value in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+        self.rest |= _at_last(poses)
 
     def finished(self) -> tuple[list[FloatArray], list[FloatArray]]:
         """Each expression in all frames (V, F), and at the times asked for (V, A)."""
         if not self.frames:
             return [], []
         return _side_by_side(self.frames), _side_by_side(self.at)
+
+
+def _at_last(poses: dict[int, BodyPose]) -> dict[int, BodyPose]:
+    """The poses at the last instant."""
+    return {thing: pose.each(lambda part: column(part, -1)) for thing, pose in poses.items()}
 
 
 def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:

@@ -10,10 +10,11 @@ import numpy as np
 from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Free, Newton
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, symbol_numbers
 from movimentum.records import dataclass
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import ThingAngle
+from movimentum.solver.basis.body_pose import DRAWN, BodyPose, pose_part
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.block.newton import newton, newton_across
 from movimentum.solver.kinds.across import column, problem_at
@@ -27,7 +28,7 @@ from movimentum.variants.together.pattern import (
     filled,
     instants_of,
 )
-from movimentum.variants.together.poses import BodyPose, Places
+from movimentum.variants.together.poses import Places
 from movimentum.variants.together.roots import all_roots
 
 FAR_AHEAD = 0.05
@@ -130,11 +131,10 @@ class VariantBeginning:
             other = system.number_of.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
             if not isinstance(payload, PoseCos) or payload.thing in known or n not in place or other not in place:
                 continue
-            before = self.poses.get(payload.thing, BodyPose())
-            _, _, ax, ay = self.places.frame(self.pattern, payload.thing)
-            # in the frame's terms: where the thing's own direction was
-            parts = (before.c * ax - before.s * ay, before.s * ax + before.c * ay)
-            c, s = (np.ravel(np.broadcast_to(part, (self.count, 1))) for part in parts)
+            c, s = (
+                np.ravel(np.broadcast_to(self._part(part), (self.count, 1)))
+                for part in (payload, PoseSin(payload.thing))
+            )
             turns.append(TurnAcross(place[n], place[other], c, s))
         here = not any(system.unknowns[n].thing in known for n in block.core)
         wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
@@ -192,18 +192,16 @@ class VariantBeginning:
         """(V, 1) the value of an unknown before, or None where it has none."""
         system = self.pattern.plan.system
         payload = system.unknowns[n].payload
-        if not isinstance(payload, PoseX | PoseY | PoseCos | PoseSin):
+        if not isinstance(payload, PosePart):
             if isinstance(payload, ThingAngle) and self.carried is not None and payload.thing in self.carried.poses:
                 return self.carried.poses[payload.thing].angle
             return self.carried.others.get(payload) if self.carried is not None else None
-        pose = self.poses.get(payload.thing, BodyPose())
-        rx, ry, ax, ay = self.places.frame(self.pattern, payload.thing)
-        if isinstance(payload, PoseCos):
-            return pose.c * ax - pose.s * ay
-        if isinstance(payload, PoseSin):
-            return pose.s * ax + pose.c * ay
-        x, y = pose.world((rx, ry))
-        return x - system.shift[0] if isinstance(payload, PoseX) else y - system.shift[1]
+        return self._part(payload)
+
+    def _part(self, part: PosePart) -> Any:
+        """(V, 1) a part of a thing's pose before, in its frame's terms."""
+        pose, frame = self.poses.get(part.thing, DRAWN), self.places.frame(self.pattern, part.thing)
+        return pose_part(part, frame, pose, self.pattern.plan.system.shift)
 
     def angles_before(self) -> dict[int, Any]:
         """What goes on (angles, integrals) before, by unknown: what is carried over; a direction as it is drawn."""

@@ -17,12 +17,13 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
+from movimentum.solver.basis.body_pose import DRAWN
 from movimentum.solver.start.costs import TURN
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.beginning import VariantBeginning
 from movimentum.variants.together.pattern import MOST_CHOICES, NotTogether
-from movimentum.variants.together.poses import BodyPose, laid
+from movimentum.variants.together.poses import laid
 
 
 @dataclass(slots=True, eq=False)
@@ -212,10 +213,9 @@ class _Part:
             np.broadcast_to(beginning.state[system.number_of[part(thing)]], (beginning.count, 2))[:, 1:]
             for part in (PoseCos, PoseSin)
         )
-        if system.frame(thing).turned:
-            _, _, ax, ay = beginning.places.frame(beginning.pattern, thing)
-            c, s = c * ax + s * ay, s * ax - c * ay
-        before = beginning.poses.get(thing, BodyPose())
+        _, _, *axis = beginning.places.frame(beginning.pattern, thing)
+        c, s = system.frame(thing).to_thing(c, s, axis)
+        before = beginning.poses.get(thing, DRAWN)
         return np.arccos(np.clip(c * before.c + s * before.s, -1.0, 1.0))[:, 0]
 
 

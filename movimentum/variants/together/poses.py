@@ -8,31 +8,15 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import Expr
 from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.unknowns import symbol_numbers
-from movimentum.records import dataclass
-from movimentum.scene.model import AnchorCoordinate, Relation
+from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
+from movimentum.solver.basis.body_pose import DRAWN, BodyPose, solved_pose
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.start.placement import connected_parts
+from movimentum.solver.start.placement import Pin, connected_parts, pins_of, rigid_motions
 from movimentum.tolerances import PART_FITS
 from movimentum.variants.together.pattern import Pattern, SegmentPattern, numbered
-
-
-@dataclass(slots=True, eq=False)
-class BodyPose:
-    """A thing's local origin (x, y), direction (c, s) and turn (degrees): numbers or arrays, (V, 1) or (V, T)."""
-
-    x: Any = 0.0
-    y: Any = 0.0
-    c: Any = 1.0
-    s: Any = 0.0
-    angle: Any = 0.0
-
-    def world(self, local: tuple[Any, Any]) -> tuple[Any, Any]:
-        """The world place of a local point."""
-        x, y = local
-        return self.x + (self.c * x - self.s * y), self.y + (self.s * x + self.c * y)
 
 
 class Places:
@@ -90,28 +74,13 @@ class Places:
         """
         system = segment.plan.system
         ends: State = [value if np.ndim(value) < 1 else np.asarray(value)[..., [0, -1]] for value in state]
-        everywhere = state
-        dx, dy = system.shift
-        result: dict[int, BodyPose] = {}
-        for body in segment.plan.bodies:
-            state = everywhere if whole is None or body.thing in whole else ends
-            old = before.get(body.thing, BodyPose())
-            rx, ry, ax, ay = self.frame(segment, body.thing)
-            angle = None if body.angle is None else state[body.angle]
-            c = None if body.c is None else state[body.c]
-            s = None if body.s is None else state[body.s]
-            if c is not None and s is not None:
-                if system.frame(body.thing).turned:
-                    c, s = c * ax + s * ay, s * ax - c * ay
-            elif angle is not None:
-                s, c = sincosd(np.asarray(angle))
-            else:
-                c, s = old.c, old.s
-            angle = old.angle if angle is None else angle
-            x = old.x + (old.c * rx - old.s * ry) if body.x is None else state[body.x] + dx
-            y = old.y + (old.s * rx + old.c * ry) if body.y is None else state[body.y] + dy
-            result[body.thing] = BodyPose(x - (c * rx - s * ry), y - (s * rx + c * ry), c, s, angle)
-        return result
+
+        def placed(body: BodyUnknowns) -> BodyPose:
+            own = state if whole is None or body.thing in whole else ends
+            frame, old = self.frame(segment, body.thing), before.get(body.thing, DRAWN)
+            return solved_pose(system, body, frame, own.__getitem__, old, lambda angle: sincosd(np.asarray(angle)))
+
+        return {body.thing: placed(body) for body in segment.plan.bodies}
 
 
 def laid(
@@ -133,8 +102,9 @@ def laid(
         for _, there, _ in pins[1:]:
             several |= there != pins[0][1]
         alone = len({thing for _, _, thing in pins}) == 1
-        moves, turn, away = _rigid(pins, size, places.count)
         if several.any():
+            still, fits, turn, away = rigid_motions(pins, size)
+            moves = fits & ~still
             unsure |= several & moves & alone
             chosen = several & moves
             c, s = np.where(chosen, turn.real, 1.0)[:, None], np.where(chosen, turn.imag, 0.0)[:, None]
@@ -149,51 +119,22 @@ def laid(
     return poses, unsure
 
 
-def _pins(
-    places: Places, segment: SegmentPattern, things: set[int], size: FloatArray
-) -> tuple[list[tuple[Any, Any, int]], BoolArray]:
-    """See `solver.start.placement.pinned`: (V,) complex places as drawn and as pinned, and the thing."""
-    system = segment.plan.system
-    shift = complex(*system.shift)
-    closed = np.ones(places.count, dtype=np.bool_)
-    pins: list[tuple[Any, Any, int]] = []
+def _pins(places: Places, segment: SegmentPattern, things: set[int], size: FloatArray) -> tuple[list[Pin], BoolArray]:
+    """See `solver.start.placement.pins_of`: (V,) complex places."""
     unfolding, names = places.pattern.unfolding, places.pattern.names
 
-    def drawn(payload: AnchorCoordinate) -> Any:
-        x, y = places.local(payload.thing, payload.anchor)
+    def across(x: Any, y: Any) -> Any:
         return np.broadcast_to(np.asarray(x + 1j * np.asarray(y)), (places.count, 1))[:, 0]
 
-    for constraint in system.segment.active:
-        if constraint.relation is not Relation.EQUAL or constraint.anchor is None or len(constraint.right) != 2:
-            continue
-        one, other = constraint.left[0].payload, constraint.right[0].payload
-        if not isinstance(one, AnchorCoordinate) or one.thing not in things:
-            continue
-        right = constraint.right
-        if right[0].value is not None and right[1].value is not None:
-            made = [numbered(unfolding.unfolded(each), names, 0) for each in right]
-            x, y = compiled(made, Clocks())(list(places.varied), [])
-            there = np.broadcast_to(np.asarray(x + 1j * np.asarray(y)), (places.count, 1))[:, 0]
-            pins.append((drawn(one) - shift, there - shift, one.thing))
-        elif isinstance(other, AnchorCoordinate) and isinstance(right[1].payload, AnchorCoordinate):
-            same = (right[1].payload.thing, right[1].payload.anchor) == (other.thing, other.anchor)
-            if same and right[1].payload.axis == 1:
-                closed &= np.abs(drawn(one) - drawn(other)) <= PART_FITS * size
-    return pins, closed
+    def stated(side: Sequence[Expr]) -> Any:
+        made = [numbered(unfolding.unfolded(each), names, 0) for each in side]
+        return across(*compiled(made, Clocks())(list(places.varied), []))
 
-
-def _rigid(pins: Sequence[tuple[Any, Any, int]], size: FloatArray, count: int) -> tuple[BoolArray, Any, Any]:
-    """(V,) whether a rigid motion other than none takes the pins to their places; its turn and way (complex)."""
-    if not pins:
-        return np.zeros(count, dtype=np.bool_), np.ones(count, complex), np.zeros(count, complex)
-    here, there = np.stack([p for p, _, _ in pins], axis=1), np.stack([q for _, q, _ in pins], axis=1)
-    still = np.max(np.abs(here - there), axis=1) <= PART_FITS * size
-    middle, target = np.mean(here, axis=1), np.mean(there, axis=1)
-    turn = np.sum(np.conj(here - middle[:, None]) * (there - target[:, None]), axis=1)
-    turn = np.where(np.abs(turn) > 0.0, turn / np.where(np.abs(turn) > 0.0, np.abs(turn), 1.0), 1.0)
-    away = target - turn * middle
-    fits = np.max(np.abs(turn[:, None] * here + away[:, None] - there), axis=1) <= PART_FITS * size
-    return fits & ~still, turn, away
+    system = segment.plan.system
+    pins, closed = pins_of(
+        system, things, system.segment.active, lambda at: across(*places.local(at.thing, at.anchor)), stated, size
+    )
+    return pins, np.array(np.broadcast_to(closed, places.count))
 
 
 def _fits_as_drawn(

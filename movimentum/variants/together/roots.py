@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.solutions.homotopy import ComplexArray, followed
+from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, followed
 from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
 
@@ -51,40 +51,6 @@ class VariantPolynomials:
                     if k == 0:
                         values[:, row] += slope * x[:, j]
         return values, jacobian
-
-
-class _TotalDegree:
-    """(1 - t) g (x^d - r) + t F(x)."""
-
-    def __init__(self, rows: VariantPolynomials, coefficients: ComplexArray, degrees: Sequence[int]) -> None:
-        generator = np.random.default_rng(2024)
-        self.rows, self.coefficients = rows, coefficients[None]
-        self.degrees: NDArray[np.int64] = np.array(degrees, dtype=np.int64)
-        self.turn = np.exp(2j * np.pi * generator.uniform())
-        self.constants = np.exp(2j * np.pi * generator.uniform(size=len(degrees)))
-
-    def starts(self) -> ComplexArray:
-        """All solutions of the start system."""
-        roots = [
-            complex(c) ** (1.0 / d) * np.exp(2j * np.pi * np.arange(d) / d)
-            for c, d in zip(self.constants, map(int, self.degrees), strict=True)
-        ]
-        grid = np.meshgrid(*roots, indexing="ij")
-        return np.stack([part.reshape(-1) for part in grid], axis=-1).astype(np.complex128)
-
-    def at(
-        self, x: ComplexArray, t: FloatArray, paths: NDArray[np.intp]
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """See `PathProblem`."""
-        values, jacobian = self.rows.evaluated(x, self.coefficients)
-        powers: Any = self.degrees
-        start = self.turn * (x**powers - self.constants)
-        slope = self.turn * powers * x ** (powers - 1)
-        left, right = (1.0 - t)[:, None], t[:, None]
-        whole = right[..., None] * jacobian
-        for i in range(x.shape[1]):
-            whole[:, i, i] += left[:, 0] * slope[:, i]
-        return left * start + right * values, whole, values - start
 
 
 class _ToVariants:
@@ -164,7 +130,8 @@ def _generic_roots(
     factors = np.exp(0.7j * turns[0]) * (1.0 + 0.2 * turns[1])
     factors[-1] = 1.0
     generic = typical * factors[list(polynomials.groups)]
-    ends, finite, lost = followed(_TotalDegree(rows, generic, polynomials.degrees))
+    system = TotalDegree(lambda x: rows.evaluated(x, generic[None]), polynomials.degrees, np.random.default_rng(2024))
+    ends, finite, lost = followed(system)
     if lost.any() or not finite.any():
         raise NotTogether("a homotopy that does not finish")
     roots = ends[finite]

@@ -48,6 +48,7 @@ export class Clock {
       return tick;
     }));
     this.broken(this.failing);
+    this.overlapping(this.touching || []);
     if (this.playing) this.began();
     this.tell();
   }
@@ -61,6 +62,19 @@ export class Clock {
       const part = 100 / Math.max(1, this.frames - 1);
       mark.style.left = `${part * first}%`;
       mark.style.width = `max(3px, ${part * (last - first)}%)`;
+      this.ticks.append(mark);
+    }
+  }
+
+  /* Times from and to which something overlaps: red frames on the scrubber. */
+  overlapping(spans) {
+    this.touching = spans;
+    for (const old of [...this.ticks.querySelectorAll("u")]) old.remove();
+    const length = Math.max(1, this.frames - 1) / this.fps;
+    for (const [from, to] of spans.slice(0, 200)) {
+      const mark = make("u", {"data-testid": "overlapping"});
+      mark.style.left = `${100 * (from - this.start) / length}%`;
+      mark.style.width = `max(4px, ${100 * (to - from) / length}%)`;
       this.ticks.append(mark);
     }
   }

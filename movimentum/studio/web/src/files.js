@@ -21,6 +21,7 @@ export class FileWork {
       ["export", "export", "Linkage file …", "", () => this.askLinkage()],
       ["save-page", "page", "Save as page …", "", () => this.askPage()],
       ["copy-link", "share", "Copy link", "", () => this.copyLink()],
+      ["empty", "clear", "Empty the script", "X", () => app.controls.clear()],
       null,
       ["copy-png", "copy", "Copy the picture as PNG", "C", () => app.copies.copyPng()],
       ["copy-svg", "copy", "Copy the picture as SVG", "Shift-C", () => app.copies.copySvg()],

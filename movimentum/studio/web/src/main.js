@@ -12,6 +12,7 @@ import {FileWork} from "./files.js";
 import {Controls} from "./controls.js";
 import {Velocities} from "./velocity.js";
 import {Claims} from "./claims.js";
+import {Overlaps} from "./overlaps.js";
 import {Traces} from "./traces.js";
 import {Copies} from "./copies.js";
 import {Cross} from "./cross.js";
@@ -49,10 +50,12 @@ class App {
     this.editor = new Editor(byId("editor"), {changed: (update) => this.changed(update), moved: () => this.cursorMoved(), extensions: this.assist.extensions});
     this.velocities = new Velocities(this);
     this.claims = new Claims(this);
+    this.overlaps = new Overlaps(this);
     this.traces = new Traces(this);
     this.copies = new Copies(this);
     this.stage.under.push((context, px) => this.traces.draw(context, px), (context, px) => this.velocities.draw(context, px));
     this.stage.colored = () => this.claims.colors();
+    this.stage.overlapping = () => this.overlaps.now();
     this.record = new Record(this);
     this.start = new Start(this);
     this.guide = new Guide(this);
@@ -87,7 +90,7 @@ class App {
   connection(on) {
     this.begun = this.begun || on;
     this.faces.connection(on);
-    if (!on) this.assist.forget();
+    if (on) this.overlaps.connected(); else this.assist.forget();
   }
 
   /* --- the text --- */
@@ -104,6 +107,7 @@ class App {
     this.steps.changed(update);
     this.files.changed();
     this.claims.doubt();
+    this.overlaps.doubt();
     this.settled = false;
     this.submit();
   }
@@ -140,6 +144,7 @@ class App {
       plotted: () => this.plots.told(message),
       stored: () => this.drop.stored(message),
       claims: () => this.claims.told(message),
+      overlapped: () => this.overlaps.told(message),
       speeds: () => this.velocities.told(message),
       thumbnail: () => this.start.thumbnail(message),
       listed: () => { if (this.files.listed) this.files.listed(message); },
@@ -177,7 +182,10 @@ class App {
     if (final && (!understood || stage === "path")) this.keys.delete(rev);
     this.showDiagnostics();
     if (final || this.faces.broken) this.faces.end();
-    if (final && (!understood || stage === "path")) this.claims.forget();
+    if (final && (!understood || stage === "path")) {
+      this.claims.forget();
+      if (this.overlaps.on) this.overlaps.keep([]);
+    }
   }
 
   showDiagnostics() {
@@ -356,6 +364,7 @@ class App {
       completeMs: [...this.assist.times],
       free: this.stage.free.motions.map(({words, arrows}) => ({words, arrows})),
       lit: [...this.stage.lit].map((number) => this.stage.scene.things[number].name),
+      overlaps: this.overlaps.found.map(({words, from, to}) => ({words, from, to})),
       claims: this.claims.found.map(({words, holds, time = null}) => ({words, holds, time})),
       velocities: Object.fromEntries(this.velocities.list().map(({name, velocity}) => [name, velocity])),
       recorded: this.record.on ? this.record.count : null,

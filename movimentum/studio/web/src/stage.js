@@ -152,6 +152,7 @@ export class Stage {
     this.free = {motions: [], things: []};
     this.lit = new Set();
     this.colored = () => [];
+    this.overlapping = () => [];
     this.shown = () => {};
     this.hovered = null;
     this.band = null;
@@ -347,6 +348,7 @@ export class Stage {
     context.lineCap = context.lineJoin = "round";
     const anchors = this.anchors();
     for (const paint of this.under) paint(context, px);
+    for (const number of this.overlapping()) this.outline(context, number, "rgba(208, 20, 44, 0.6)", 6 * px, anchors);
     for (const [number, color] of this.colored()) this.outline(context, number, color, 8 * px, anchors);
     for (const number of this.lit) this.outline(context, number, "rgba(255, 170, 0, 0.55)", 7 * px, anchors);
     if (this.hovered !== null && this.hovered.thing !== null) {

@@ -78,6 +78,7 @@ export const TOKENS = [
   ["'(?:[^'\r\n]|'')*'", "string.quoted.single"],
   ["_(?![A-Za-z0-9_])", "constant.language.blank"],
   ["[A-Za-z][A-Za-z0-9_]*", "variable.other"],
+  ["\\.body(?![A-Za-z0-9_])", "punctuation"],
   [">=", "keyword.operator"],
   ["<=", "keyword.operator"],
   ["\\.\\.", "punctuation"],
