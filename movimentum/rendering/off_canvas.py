@@ -20,9 +20,9 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import PLAIN, listed, number, time_text
 from movimentum.things.kinds.arc import ARC
+from movimentum.things.kinds.dimension import DIMENSION, Distance
 from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.curve import Curved
-from movimentum.things.kinds.dimension import DIMENSION, Distance
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.graph import GRAPH, Axes
 from movimentum.things.kinds.ground import GROUND

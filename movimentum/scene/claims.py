@@ -8,10 +8,10 @@ from itertools import count
 
 from movimentum.diagnostics import Fix, replacement
 from movimentum.expressions import Expr, walk
-from movimentum.records import replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings, clock_meant
 from movimentum.scene.keys import key_text
+from movimentum.records import replace
 from movimentum.scene.kinds import Inference
 from movimentum.scene.leaves import ContactPair
 from movimentum.scene.lower import Context, lower

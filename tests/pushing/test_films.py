@@ -297,3 +297,24 @@ def test_driven_things_bind() -> None:
     (error,) = [each for each in told.value.diagnostics if each.severity == "error"]
     assert error.code == "solve/binds"
     assert "t = 3" in error.message
+
+
+def test_velocities_are_those_of_what_pushes() -> None:
+    motion = mv.loads(CHAIN).solve()
+    moving = motion.times > 0.41
+    assert np.abs(motion.velocity("B.O")[moving, 0] - 50.0).max() < 1e-9
+    assert np.abs(motion.velocity("B.O")[motion.times < 0.39, 0]).max() < 1e-9
+
+
+def test_one_of_several_things_pushes() -> None:
+    text = """
+        .config(10, 300, 100);
+        A : .disc(5) C=[0,50];  S[k = 0..2] : .disc(5) C = [40 + 30*k, 50];
+        @0 A.C = [20*.t, 50];  .for k = 0..2 { S[k].C = [_, 50]; }
+           .gap(A, S[0..2]) >= 0 .pushes;  .gap(S[0], S[1]) >= 0 .pushes;  .gap(S[1], S[2]) >= 0 .pushes;
+        @4
+    """
+    motion = mv.loads(text).solve()
+    first = np.maximum(40.0, 20.0 * motion.times + 10.0)
+    assert np.abs(motion["S[0].C"][:, 0] - first).max() < 1e-9
+    assert np.abs(motion["S[1].C"][:, 0] - np.maximum(70.0, first + 10.0)).max() < 1e-9

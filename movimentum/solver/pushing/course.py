@@ -56,6 +56,7 @@ class PushCourse:
         return self.seen(tau, x, tuple(contacts), after)[0]
 
     def seen(self, tau: float, x: FloatArray, contacts: tuple[PartPair, ...], after: bool) -> tuple[Instant, Lines]:
+        """An instant, and the contacts there."""
         for time, core, ahead, some, instant, lines in self._last:
             if time == tau and ahead == after and some == contacts and core == x.tobytes():
                 return instant, lines
