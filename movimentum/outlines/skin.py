@@ -121,7 +121,9 @@ def united(pieces: Sequence[Skin]) -> Skin:
 
 def _together(skins: Sequence[Skin], signs: Sequence[float]) -> Skin:
     first = skins[0]
-    total = sum((sign * np.array(_about_origin(skin.moments)) for skin, sign in zip(skins, signs, strict=True)))
+    total = np.zeros(6)
+    for skin, sign in zip(skins, signs, strict=True):
+        total = total + sign * np.array(_about_origin(skin.moments))
     parts = [np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")]
     bends = tuple(bend for skin in skins for bend in skin.bends)
     return Skin(*parts, bends, first.reach, _about_centre(*(float(v) for v in total)))

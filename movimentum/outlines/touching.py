@@ -374,11 +374,10 @@ def circles(skin: Skin, part: int) -> FloatArray:
 
 def _about_bowls(skin: Skin) -> FloatArray:
     x, y, radius, turn, half = skin.bowls.T
+    small = half < math.pi / 2.0
     some = np.minimum(half, math.pi / 2.0)
-    out = radius * np.cos(some) * (half < math.pi / 2.0)
-    reach = np.where(half < math.pi / 2.0, radius * np.sin(some), radius) + radius * (1.0 - np.cos(some)) * (
-        half < math.pi / 2.0
-    )
+    out: FloatArray = np.where(small, radius * np.cos(some), 0.0)
+    reach: FloatArray = np.where(small, radius * (np.sin(some) + 1.0 - np.cos(some)), radius)
     return np.column_stack([x + out * np.cos(turn), y + out * np.sin(turn), reach])
 
 

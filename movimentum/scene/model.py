@@ -23,7 +23,8 @@ from movimentum.scene.shown import CameraView, Piece
 from movimentum.scene.tables import Tables
 from movimentum.scene.themes import Theme
 from movimentum.source import SourceText, Span
-from movimentum.syntax.tree import Purpose, Toward
+from movimentum.syntax.tree import Purpose
+from movimentum.syntax.tree import Toward as Toward
 from movimentum.things.kind import Look, Own, ThingKind
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sprite import SpriteImage

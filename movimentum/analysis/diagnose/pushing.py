@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from movimentum.analysis.diagnose.reach import constraint_of
+from movimentum.analysis.happenings import ContactEvent, contact_events
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.scene.model import Constraint
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.pushing.overlap import Overlapping
 from movimentum.solver.pushing.phases import MOST_EVENTS
-from movimentum.solver.pushing.told import ContactEvent, contact_events
 from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.text import counted, listed, number, time_text

@@ -6,8 +6,7 @@ from movimentum.outlines.skin import Skin
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.records import dataclass
-from movimentum.scene.model import GapSide, Thing
-from movimentum.syntax.tree import Toward
+from movimentum.scene.model import GapSide, Thing, Toward
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,7 +42,7 @@ def rewritten_pushes(system: System, hanging: Mapping[Expr, Expr], moved: Callab
         return substitute(expr, lambda _: None, dict(memo))
 
     def reads(push: Push, value: Expr) -> frozenset[int]:
-        return frozenset(symbol_numbers(value)) | (push.reads if push.pairs else frozenset())
+        return frozenset(symbol_numbers(value)) | (push.reads if push.pairs else frozenset[int]())
 
     pushes: list[Push] = []
     for push in system.pushes:

@@ -25,8 +25,7 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
 )
 from movimentum.records import dataclass
-from movimentum.scene.model import GapSide, Scene, ThingAngle
-from movimentum.syntax.tree import Toward
+from movimentum.scene.model import GapSide, Scene, ThingAngle, Toward
 from movimentum.timeline.model import Segment
 
 

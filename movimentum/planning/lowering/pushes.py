@@ -9,8 +9,7 @@ from movimentum.expressions import Expr, add, call, const, neg, sub
 from movimentum.planning.lowering.equations import Pull, Push
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, Unknown, symbol_numbers
 from movimentum.scene.leaves import Bearing
-from movimentum.scene.model import Constraint, Relation, Scene, ThingAngle
-from movimentum.syntax.tree import Toward
+from movimentum.scene.model import Constraint, Relation, Scene, ThingAngle, Toward
 from movimentum.things.kinds.disc import Round
 from movimentum.timeline.model import Segment
 

@@ -9,13 +9,13 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.plan import Plan
+from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
-from movimentum.solver.free.velocity import FOLLOWING, FreeVelocity, Law, field_of
+from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
-from movimentum.syntax.tree import Toward
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_RESTS_FOR_LONG, PUSH_ROUNDING, RESTORED
 
 KEPT = 8
@@ -37,6 +37,8 @@ class PushCourse:
         self.unwhite = np.asarray(np.linalg.inv(self.white), dtype=np.float64)
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
         self.wide = FOLLOWING * field_of(plan.system.scene)
+        spaces = max(min(len(nodes), MOST_NODES) - 1, 1)
+        self.spacing = max(float(nodes[-1] - nodes[0]) / spaces, LEAST_DIVISOR)
         self._problems: dict[float, BlockProblem] = {}
         self._last: list[tuple[float, bytes, bool, tuple[PartPair, ...], Instant, Lines]] = []
 
@@ -142,7 +144,7 @@ class PushCourse:
         values; whether they do; and the directions (n, f), whitened, that are left free there.
         """
         problem = self.at(tau)
-        kept = [k for k, contact in enumerate(contacts) if not np.isnan(at[k])]
+        kept = [k for k in range(len(contacts)) if not np.isnan(at[k])]
         some, wanted = [contacts[k] for k in kept], np.array([at[k] for k in kept])
         best, found, free = np.inf, x, np.eye(len(x))
         for _ in range(14):

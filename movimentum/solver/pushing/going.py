@@ -13,7 +13,7 @@ from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.contacts import RATE, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
-from movimentum.solver.pushing.programs import Rows
+from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
 
@@ -48,9 +48,9 @@ class Going:
         self.course, self.tau = course, tau
         self.touching = tuple(contacts)
         self.which = which
-        self.held = tuple(self.touching[k] for k in which)
+        self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
-        self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(which.tolist()))
+        self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(numbered(which)))
         self.free = np.eye(len(course.block.core))
         self.event: Seen | None = None
 
@@ -79,7 +79,7 @@ class Going:
         if not contacts.rows.gaps:
             return found
         now = self._poses(tau, x)
-        ahead = PUSH_LOOK * self.course.differences._spacing
+        ahead = PUSH_LOOK * self.course.spacing
         later = self._poses(tau + ahead, x + ahead * rate)
         for g, gap in enumerate(contacts.rows.gaps):
             speeds: list[float] = []
@@ -129,7 +129,7 @@ class Going:
         if opened is None and not why:
             return None
         jammed = () if opened is None else opened[1]
-        gone = frozenset() if opened is None else opened[0]
+        gone = frozenset[PartPair]() if opened is None else opened[0]
         left = frozenset(step.left(first, last)) if why == "leaves" and opened is None else frozenset[PartPair]()
         self.event = Seen(first, left, gone, jammed)
         return first, last, self.velocity(first, last)
@@ -141,9 +141,9 @@ class Going:
         now = self._now(tau, x)
         found = moved(now, self.which)
         if found.v is None:
-            return frozenset(), tuple(self.touching[k] for k in found.holds)
-        open_ = [k for k in self.which.tolist() if found.opening[k] > 2.0 * found.tolerance[k]]
-        if not open_ and not set(found.holds.tolist()) - set(self.which.tolist()):
+            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
+        open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
+        if not open_ and not set(numbered(found.holds)) - set(numbered(self.which)):
             return None
         if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
             return None  # what holds besides is not needed
@@ -190,5 +190,5 @@ class Going:
         found = moved(self._now(tau, step.at(tau)), self.which)
         if found.v is None:
             return None
-        held_ = self.which
-        return max((float(found.opening[k]) for k in held_), default=None)  # type: ignore[type-var]
+        held_ = numbered(self.which)
+        return max((float(found.opening[k]) for k in held_), default=None)

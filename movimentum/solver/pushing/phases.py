@@ -20,6 +20,7 @@ from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.going import Going
 from movimentum.solver.pushing.law import Instant, moved, stopped
 from movimentum.solver.pushing.overlap import overlapping
+from movimentum.solver.pushing.programs import numbered
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
 from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
 
@@ -101,7 +102,7 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
         rows = problem.jacobian(x[None])[0]
         found = moved(Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values))
         if found.v is None:
-            broken = [contacts.plain[k] for k in found.holds]
+            broken = [contacts.plain[k] for k in numbered(found.holds)]
     told = tuple((contacts.rows.numbers[contact.kind], None) for contact in broken)
     still = np.zeros((1, len(x)))
     nodes = np.array([tau])
@@ -123,10 +124,10 @@ def _begun(
     now = course.instant(tau, x, some, after=True)
     found = moved(now)
     if found.v is None:
-        return None, tuple(some[k] for k in found.holds)
-    holds = set(found.holds.tolist())
+        return None, tuple(some[k] for k in numbered(found.holds))
+    holds = set(numbered(found.holds))
     which = [
-        k for k in stopped(found.holds, found.opening, found.tolerance).tolist() if k in holds or some[k] not in opened
+        k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
     ]
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).values

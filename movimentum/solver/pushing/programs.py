@@ -12,6 +12,12 @@ from movimentum.tolerances import LEAST_DIVISOR, PUSH_FEASIBLE, PUSH_HOLDS, PUSH
 Rows = NDArray[np.intp]
 
 
+def numbered(rows: Rows) -> list[int]:
+    """Their numbers."""
+    found: list[int] = rows.tolist()
+    return found
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Shortest:
     """``y`` (n,), and the inequalities that hold it (their numbers), which push with ``forces``. Where no vector

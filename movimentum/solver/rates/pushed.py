@@ -16,7 +16,7 @@ from movimentum.solver.pushing.tracks import PushTrack
 
 
 def extend_pushed(path: Path, nodes: FloatArray, block: Pushing, track: PushTrack, moment: Moment) -> None:
-    """Give the unknowns of ``block``, which know their values, their velocities; one-sided at events, as time goes on."""
+    """Give the unknowns of ``block``, which know their values, their velocities; at events those after it."""
     tau = moment.instants.tau
     core = np.stack([np.broadcast_to((moment.values[n] or (np.nan,))[0], len(tau)) for n in block.core], axis=1)
     course = PushCourse(block, path.plan, probe_of(path, block), nodes, track_scale(path.plan, block))
