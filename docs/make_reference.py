@@ -162,7 +162,7 @@ All public names, from their docstrings. [From Python](../how-to/python.md) intr
 """
 ORDER = {
     "Read": ("load", "loads", "Script", "Limits"),
-    "Motions": ("Motion", "Moments", "Accuracy", "FailurePolicy", "Overlap", "Written"),
+    "Motions": ("Motion", "Moments", "Accuracy", "FailurePolicy", "Overlap", "Contact", "Written"),
     "In a notebook": ("studio",),
     "Many variants, and fits": ("Sweep", "Fit"),
     "Messages and errors": (

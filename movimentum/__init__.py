@@ -20,6 +20,7 @@ TYPE_CHECKING = False  # `typing` would be the first import of every command, wh
 if TYPE_CHECKING:
     from movimentum import stages as stages
     from movimentum.analysis.gaps.overlaps import Overlap as Overlap
+    from movimentum.analysis.happenings import Contact as Contact
     from movimentum.api.arguments import Limits as Limits
     from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
@@ -52,6 +53,7 @@ _HOME = {
     "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
+    "Contact": "movimentum.analysis.happenings",
     "Overlap": "movimentum.analysis.gaps.overlaps",
     "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",

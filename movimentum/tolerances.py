@@ -950,3 +950,57 @@ MARGIN_KNOWN = 1e-3
 
 NEAREST_BOUND = 1e-12
 """Of the scene's size: how near to a bound that must not be reached its largest value is looked for."""
+
+# --- what pushes
+
+PUSH_FEASIBLE = 1e-13
+"""The square of how small a push may be against what is wanted of it: below that, nothing satisfies all inequalities.
+"""
+PUSH_HOLDS = 1e-9
+"""Of the largest demand on a push: what is smaller is rounding."""
+PUSH_MOVES = 1e-7
+"""Of the fastest motion: a contact that opens more slowly than that is closed."""
+PUSH_RESTS = 1e-13
+"""Of the fastest motion: what is slower than that is rounding."""
+PUSH_RESTS_FOR_LONG = 1e-11
+"""Of the scene's size: what moves no farther in the whole of a path rests."""
+PUSH_DAMPING = 1e-3
+"""Of a wish's own gradient: a direction in which what pushes leaves no more of it is followed the less."""
+PUSH_UNSEEN = 1e-9
+"""Of a wish's own gradient: what is less of it in the directions that are free is rounding."""
+PUSH_CLOSED = 1e-11
+"""Of the scene's size: outlines, and values, that are no farther apart touch."""
+PUSH_EVENT = 1e-10
+"""Of a step: how closely the time of an event is found."""
+PUSH_GUESS = 1e-4
+"""Of the unknowns' scale: how far what lies between two points of a path may be off where contacts determine it."""
+PUSH_OVERLAP = 1e-7
+"""Of the scene's size: things that begin with a deeper overlap begin inside each other."""
+PUSH_ROUNDING = 1e-16
+"""Of the unknowns' scale, and of the largest force: nothing is smaller than that but rounding."""
+PUSH_RANK = 1e-13
+"""Of the largest singular value: inequalities that depend on each other."""
+PUSH_SLOPE = 1e-11
+"""Of the numbers that it is made of: a slope that shows no force is missing."""
+PUSH_SETTLED = 1e-14
+"""Of the unknowns' scale: the last step apart."""
+PUSH_MET = 1e-3
+"""Of what is allowed: how closely an event is found where that costs nothing."""
+PUSH_BRUSHES = 1e-9
+"""Of a step: how closely the time is found at which two knobs are nearest as they pass."""
+PUSH_LOOK = 1e-6
+"""Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
+PUSH_ASIDE = 1e-3
+"""Of the time in which something comes to open: a guess nearer to its ends is none."""
+PUSH_AT_ONCE = 1e-12
+"""Of a path: phases that are shorter lead nowhere."""
+CONTACT_FLICKERS = 1e-6
+"""Time units: what ends and begins again, or begins and ends, within so little of it goes on, or is nothing."""
+OUTLINE_FAN = 1e-8
+"""Radians: a direction so far outside a fan still belongs to it."""
+BENDS_MET = 1e-14
+"""Of two curves' parameters: the last step to the place where they touch."""
+PIECE_STRAIGHT, PIECE_ROUND = 1e-10, 1e-9
+"""Of a piece's size: how far it may be from a line, and from an arc."""
+PIECE_TURNS = 1e-12
+"""Radians, and of the largest curvature: what turns less does not turn."""

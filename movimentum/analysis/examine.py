@@ -166,6 +166,10 @@ def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
         from movimentum.analysis.diagnose.contacts import overlapping_contacts
 
         yield from overlapping_contacts(motion)
+    if any(item.pushes for segment_motion in motion.segments for item in segment_motion.segment.active):
+        from movimentum.analysis.diagnose.pushing import contact_notes
+
+        yield from contact_notes(motion)
 
 
 # --- how it is followed

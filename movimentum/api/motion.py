@@ -44,6 +44,7 @@ from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
 if TYPE_CHECKING:  # few ask what overlaps
     from movimentum.analysis.gaps.overlaps import Overlap
+    from movimentum.analysis.happenings import Contact
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -235,6 +236,13 @@ class Motion:
         from movimentum.analysis.gaps.overlaps import overlaps
 
         return overlaps(self.solution.motion.path, all_layers=all_layers)
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """What happens between things that push each other, in order of time: see `movimentum.Contact`."""
+        from movimentum.analysis.happenings import contacts
+
+        return contacts(self.solution.motion.path)
 
     def _exact(self, time: Number) -> Fraction:
         """A time; a float that a step's time was rounded to means the step's."""

@@ -237,7 +237,10 @@ def _dotted(before: list[Lexeme], span: Span) -> Iterator[Proposal]:
             yield from (_word(f".{name}", "option", span, option_help(name)) for name in names)
             return
         if "~" in texts:
-            yield _word(".speed", "option", span, OPTION_HELP["speed"])
+            words = ("least", "most") if texts[-1] == "~" else ("speed", "weak")
+            yield from (_word(f".{word}", "option", span, OPTION_HELP[word]) for word in words)
+        elif {"<", "<=", ">", ">="} & set(texts):
+            yield _word(".pushes", "option", span, OPTION_HELP["pushes"])
         return
     yield from _values(span)
 

@@ -11,6 +11,7 @@ from movimentum.expressions import Expr, add, call, const, mul, substitute, symb
 from movimentum.planning.blocks.build import make_block
 from movimentum.planning.blocks.kept import KnownBlocks, block_key
 from movimentum.planning.blocks.kinds import Assign, Block
+from movimentum.planning.blocks.pushed import pushed, rewritten_pushes, selecting
 from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
@@ -88,13 +89,16 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)
     system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
+    system = rewritten_pushes(system, hanging, moved)
     clocks = Clocks()
     blocks: list[Block] = []
     moving: set[int] = set()
     known: set[int] = set()
     constants: dict[int, Expr] = {}
     folded = list(system.equations)
-    for group in ordered(_needed(system, decomposition), system):
+    groups = ordered(_needed(system, decomposition), system)
+    system = selecting(system, groups)
+    for group in groups:
         look()
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
@@ -106,6 +110,8 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
         block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
         drawn = with_wishes if kept is None else kept.drawn
         block = drawn(block, system.wishes, known, clocks)
+        if group.pushed:
+            block = pushed(block, replace(system, equations=folded), clocks, size)
         blocks.append(block)
         known |= set(block.unknowns)
         if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
@@ -203,7 +209,8 @@ def _needed(system: System, decomposition: Decomposition) -> list[Group]:
     roots: list[Expr] = [selector.value for selector in system.selectors]
     roots += [error for wish in system.wishes for error in wish.errors]
     roots += [system.equations[n].residual for n in decomposition.checks]
-    used = symbol_numbers(*roots)
+    used = symbol_numbers(*roots).union(*(push.reads for push in system.pushes))
+    used = used.union(*(symbol_numbers(*pull.values) for pull in system.pulls))
     kept: list[Group] = []
     for group in reversed(decomposition.groups):
         idle = all(isinstance(system.unknowns[n].payload, Anonymous | Rate | Accumulated) for n in group.unknowns)

@@ -7,6 +7,7 @@ that then becomes an unknown. So another inequality, or one more, leaves the str
 from __future__ import annotations
 
 from collections.abc import Container, Hashable, Iterable, Sequence
+from typing import Any
 
 from movimentum.expressions import Expr, symbols
 from movimentum.planning.lowering.builder import can_be_seen_turning
@@ -88,8 +89,8 @@ def _mentioned(sides: Sequence[Expr]) -> list[Hashable] | None:
 
 
 def chooses(constraint: Constraint) -> bool:
-    """Whether it is an inequality."""
-    return constraint.relation in _CHOOSING
+    """Whether it is an inequality that selects."""
+    return constraint.relation in _CHOOSING and not constraint.pushes
 
 
 def restated(found: Structure, scene: Scene, segment: Segment) -> Structure | None:
@@ -107,15 +108,18 @@ def restated(found: Structure, scene: Scene, segment: Segment) -> Structure | No
     if selectors is None:
         return None
 
+    def again(item: Any) -> Any:
+        return replace(item, constraint=numbers.get(item.constraint, item.constraint))
+
     def of(system: System) -> System:
         return replace(
             system,
             scene=scene,
             segment=segment,
             equations=_renumbered(system.equations, numbers) if numbers else system.equations,
-            wishes=tuple(
-                replace(wish, constraint=numbers.get(wish.constraint, wish.constraint)) for wish in system.wishes
-            ),
+            wishes=tuple(map(again, system.wishes)),
+            pushes=tuple(map(again, system.pushes)),
+            pulls=tuple(map(again, system.pulls)),
             selectors=selectors,
         )
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 from movimentum.records import replace
-from movimentum.repl.command import Answer, CommandTable
+from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt, condition, times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.navigate import moved
 from movimentum.repl.session import Session, refused
 from movimentum.repl.told import AnswerWithData
-from movimentum.text import counted, number
+from movimentum.text import counted, number, time_text
 from movimentum.workflow.over_time import extremes
 
 COMMANDS = CommandTable()
@@ -151,3 +151,24 @@ def watch(session: Session, argument: str) -> Answer:
     shown = shown_values(session, (text,))
     watches = tuple(dict.fromkeys((*session.watches, text)))
     return replace(session, watches=watches), shown
+
+
+@COMMANDS.add("contacts")
+def contacts(session: Session, argument: str) -> Answer:
+    """what touches what that pushes it, from when to when, and what jams"""
+    plain(argument, "contacts")
+    from movimentum.analysis.happenings import contacts as happened
+
+    found = happened(session.work.motion.path)
+    if not found:
+        return session, "nothing that pushes touches anything"
+    rows = [["", "t", "contact", "statement"]]
+    for each in found:
+        here = "->" if each.time <= float(session.time) else ""
+        rows.append(
+            [here, time_text(each.time), f"{' and '.join(each.things) or 'it'} {_TOLD[each.event]}", each.statement]
+        )
+    return session, AnswerWithData(table(rows), found)
+
+
+_TOLD = {"begins": "touch", "ends": "part", "changes": "go on at another place", "jams": "jam"}

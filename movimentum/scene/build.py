@@ -13,7 +13,6 @@ from movimentum.expressions import Expr
 from movimentum.records import replace
 from movimentum.scene.claims import build_claims, reading_outlines, report_undetermined
 from movimentum.scene.configuration import MAX_PIXELS, build_config, build_loop
-from movimentum.scene.constants import exact
 from movimentum.scene.cutting import Carve, CutProfile, carried, carved
 from movimentum.scene.expansion.expand import expand
 from movimentum.scene.expansion.includes import ReadText
@@ -38,6 +37,7 @@ from movimentum.scene.model import (
     Step,
 )
 from movimentum.scene.pairs import without_word
+from movimentum.scene.pushing import gap_sides, manner_of, mannered, report_both_kinds
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     UNPAINTED,
@@ -312,27 +312,14 @@ def _statements(
                 _warn_nothing_to_end(statement, key, relation, stated, findings)
             made.append(Ending(resolved.step, relation, key, statement.span))
             continue
-        speed = _speed(statement, findings)
+        manner = manner_of(statement, findings)
         time = times[resolved.step] if times else Fraction(0)
         lowered = _constraint(resolved, time, key, next(numbers), inference, table, blanks, findings)
-        made.extend(replace(constraint, speed=speed) for constraint in lowered)
+        sides = gap_sides(resolved, findings) if manner.pushes else ()
+        made.extend(replace(mannered(constraint, manner, findings), gaps=sides) for constraint in lowered)
         stated.add((key, relation))
+    report_both_kinds(made, findings)
     return made
-
-
-def _speed(statement: Statement, findings: Findings) -> float | None:
-    """How fast a wish may be followed; None if nothing limits it."""
-    if statement.speed is None:
-        return None
-    if statement.comparison is not Comparison.WISH:
-        message = "only a wish can have a speed"
-        findings.error("kind/mismatch", message, statement.speed.span, helps=("a wish is stated with `~`",))
-        return None
-    value = exact(statement.speed, "a wish's speed", findings)
-    if value is not None and value <= 0:
-        findings.error("kind/mismatch", "a wish's speed must be more than 0", statement.speed.span)
-        return None
-    return None if value is None else float(value)
 
 
 def _constraint(

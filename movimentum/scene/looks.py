@@ -85,6 +85,7 @@ def look_of(kind: ThingKind, stated: Stated, dress: _Dress | None = None) -> Loo
         hidden="hidden" in stated,
         still="still" in stated,
         offstage="offstage" in stated,
+        breadth=stated.get("width"),
         **given,
     )
 
@@ -110,7 +111,8 @@ def dressed(
         own = {name: value for name, value in own.items() if value is not False}
         dress = _Dress(theme, theme.fills[filled % len(theme.fills)], width, pinned)
         filled += thing.kind.filled
-        made.append(replace(thing, look=look_of(thing.kind, {**own, **said}, dress)))
+        look = replace(look_of(thing.kind, {**own, **said}, dress), breadth=thing.look.breadth)
+        made.append(replace(thing, look=look))
     return tuple(made)
 
 

@@ -9,6 +9,7 @@ from movimentum.scene.leaves import ContactPair, Wheel
 from movimentum.scene.model import AnchorRef, GearPair, Thing, Variable
 from movimentum.scene.resolve import AngleUse, PropertyUse, ResolvedStatement, VariableUse
 from movimentum.syntax.expression_tree import Name
+from movimentum.syntax.tree import Statement
 from movimentum.things.kinds.cut import CUT
 
 
@@ -26,6 +27,11 @@ def variables_of(items: Sequence[ResolvedStatement], inference: Inference) -> di
     return found
 
 
+def _pushes(resolved: ResolvedStatement) -> bool:
+    statement = resolved.statement
+    return isinstance(statement, Statement) and statement.option("pushes") is not None
+
+
 def mentioned_in(items: Sequence[ResolvedStatement], things: Sequence[Thing]) -> dict[int, int]:
     """Thing number -> first step with a constraint that mentions it, on either side; a cut has that of its thing."""
     found: dict[int, int] = {}
@@ -34,7 +40,7 @@ def mentioned_in(items: Sequence[ResolvedStatement], things: Sequence[Thing]) ->
             for meaning in resolved.meanings.values():
                 if isinstance(meaning, AnchorRef | AngleUse | PropertyUse | Wheel):
                     found.setdefault(meaning.thing, resolved.step)
-                elif isinstance(meaning, ContactPair):
+                elif isinstance(meaning, ContactPair) and not _pushes(resolved):  # a wall stays a wall
                     for thing in meaning.things:
                         found.setdefault(thing, resolved.step)
                 elif isinstance(meaning, GearPair):

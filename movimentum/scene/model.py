@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from enum import StrEnum
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -18,11 +17,14 @@ from movimentum.expressions import Expr, const
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
+from movimentum.scene.relations import GapSide as GapSide
+from movimentum.scene.relations import Relation as Relation
 from movimentum.scene.shown import CameraView, Piece
 from movimentum.scene.tables import Tables
 from movimentum.scene.themes import Theme
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
+from movimentum.syntax.tree import Toward as Toward
 from movimentum.things.kind import Look, Own, ThingKind
 from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.sprite import SpriteImage
@@ -223,17 +225,6 @@ class Thing:
 # --- constraints ----------------------------------------------------------------------------------
 
 
-class Relation(StrEnum):
-    """The direction of a constraint; part of its key. A goal may be that something is as large as can be."""
-
-    EQUAL = "="
-    BELOW = "<"
-    ABOVE = ">"
-    WISH = "~"
-    LARGEST = ".largest"
-    SMALLEST = ".smallest"
-
-
 @dataclass(frozen=True, slots=True)
 class Constraint:
     """``left RELATION right``, componentwise: one expression each for a scalar, two for a vector.
@@ -243,7 +234,9 @@ class Constraint:
     already lowered to a clock, ``.iv`` to a ``lifetime`` leaf with this constraint's number. ``strict`` distinguishes
     ``<`` from ``<=``. ``speed``: how fast a wish may be followed, in its own units per time unit. ``paired``: about
     gears or a belt, whose leaves the timeline has replaced. ``touches``: it is an equation whose places of contact are
-    followed.
+    followed. ``pushes``: an inequality that moves what is free, and does not only select; ``gaps``: the pairs, if
+    it is about the gap of these. ``toward`` and ``weakness``: where a wish draws, and how far it is below others (0: it
+    is like any other; 1 and more: `.weak`).
     """
 
     number: int
@@ -259,6 +252,10 @@ class Constraint:
     speed: float | None = None
     paired: bool = False
     touches: bool = False
+    pushes: bool = False
+    gaps: tuple[tuple[GapSide, GapSide], ...] = ()
+    toward: Toward = Toward.VALUE
+    weakness: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,7 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
     """
     if not thing.anchors:
         return ()
-    own, reach = thing.own, (thing.look.outline or 0.0) / 2.0
+    own, reach = thing.own, (thing.look.breadth or 0.0) / 2.0
     match own:
         case Round():
             return (Circle(own.radius),)

@@ -213,7 +213,10 @@ def _is_option(node: Member, last: Expression, table: ThingTable, findings: Find
 
 def _report_option(node: Member, sign: Comparison, findings: Findings) -> None:
     kind = {Comparison.EQUAL: "an equation", Comparison.WISH: "a wish"}.get(sign, "an inequality")
-    there_is = "a wish (`~`) can have `.speed(…)`" + ("" if sign is Comparison.WISH else f"; {kind} has no options")
+    there_is = {
+        Comparison.WISH: "a wish (`~`) can have `.speed(…)` and `.weak`",
+        Comparison.EQUAL: "a wish (`~`) can have `.speed(…)`; an equation has no options",
+    }.get(sign, "an inequality can have `.pushes`")
     findings.error(
         "syntax/unknown-option",
         f"there is no option `.{node.name}` for {kind}",

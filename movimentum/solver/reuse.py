@@ -89,7 +89,7 @@ class Known:
         """Everything that a structure depends on but what inequalities compare, and the numbers of constraints."""
         text = scene.source.text
         known = self._of_scene(scene)
-        frames = body_frames(scene, segment.active, known.frames)
+        frames = body_frames(scene, segment, known.frames)
         whole = known.key, known.shift, segment.number, segment.step
         stated = tuple(
             (constraint_key(c)[1:], c.paired, _words(c.span, text)) for c in segment.active if not chooses(c)
@@ -206,6 +206,10 @@ def constraint_key(constraint: Constraint) -> tuple[Hashable, ...]:
         constraint.anchor,
         constraint.strict,
         constraint.speed,
+        constraint.pushes,
+        constraint.gaps,
+        constraint.toward,
+        constraint.weakness,
     )
 
 

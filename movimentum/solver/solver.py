@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.arrays import first_of
+from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import carry_at, held
@@ -226,7 +227,11 @@ def _path(
 
 
 def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None:
-    """When the branch of ``piece`` has a solution again after ``gap``; from when it can be followed, and the choice."""
+    """When the branch of ``piece`` has a solution again after ``gap``; from when it can be followed, and the choice.
+    What jams has none: where it would be depends on what was before.
+    """
+    if isinstance(piece.plan.blocks[gap.block], Pushing):
+        return None
     branch = Branch.of(piece, gap.begin)
     if gap.pole is not None and gap.end < piece.end and (choices := branch.beyond(gap, piece.end)) is not None:
         return gap.end, gap.end, choices
@@ -299,6 +304,11 @@ def _beyond_inequality(
     plan = piece.plan
     selector, time = violated
     carry = carry_at(segment_motion, piece, time, segment_motion.base)
+    if plan.system.selectors[selector].pushes:  # it would push: no other solution does instead
+        piece.end = time
+        segment_motion.troubles.append(Failure(FailureKind.SELECTOR, time, until=length, selector=selector))
+        segment_motion.pieces.append(Unsolved(float(np.nextafter(time, np.inf)), length, carry))
+        return None, length
     resume = min(time + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
     with np.errstate(all="ignore"):
         for _ in range(40):  # just far enough for the violation to be seen

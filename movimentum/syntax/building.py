@@ -58,6 +58,7 @@ from movimentum.syntax.tree import (
     Statement,
     StepHeader,
     Suffix,
+    Toward,
     ViewStatement,
     is_fixed_point,
 )
@@ -268,6 +269,7 @@ class Builder(ValueBuilder):
         return Option(str(word)[1:], arguments, span=span_of(pieces), name_span=word.span)
 
     let_option = option
+    statement_option = option
 
     def step(self, pieces: Sequence[Piece]) -> StepHeader:
         """``@time``."""
@@ -278,10 +280,18 @@ class Builder(ValueBuilder):
         return StepHeader(bare(pieces[2]), relative=True, span=span_of(pieces))
 
     def statement(self, pieces: Sequence[Piece]) -> Statement:
-        """``left = right;``, ``left ~ right .speed(limit);``."""
-        left, comparison, right, *speed = pieces
-        limit = bare(speed[2]) if len(speed) > 1 else None
-        return Statement(bare(left), Comparison(comparison), bare(right), limit, span=span_of(pieces[:-1]))
+        """``left = right;``, ``left ~ right .speed(limit) .weak;``, ``left ~ .least;``."""
+        left, comparison, right, *rest = pieces
+        options = tuple(piece for piece in rest if isinstance(piece, Option))
+        toward = Toward(str(right)) if isinstance(right, Token) else Toward.VALUE
+        value = Number(Decimal(0), span=right.span) if toward else right
+        sides = bare(left), Comparison(comparison), bare(value)
+        return Statement(*sides, options, toward, span=span_of(pieces[:-1]))
+
+    def holding(self, pieces: Sequence[Piece]) -> Statement:
+        """``value .holds;``."""
+        stays = Number(Decimal(0), span=pieces[1].span)
+        return Statement(bare(pieces[0]), Comparison.WISH, stays, toward=Toward.STAY, span=span_of(pieces[:-1]))
 
     def claim(self, pieces: Sequence[Piece]) -> ClaimStatement:
         """``.claim left = right .within(tolerance) .always;``, ``.goal … .weight(weight);``, ``.require …``."""

@@ -52,6 +52,10 @@ _WORDS = {
     "ALWAYS": "`.always`",
     "EXTREME": "`.largest`",
     "SPEED": "`.speed(…)`",
+    "PUSHES": "`.pushes`",
+    "WEAK": "`.weak`",
+    "HOLDS": "`.holds`",
+    "FARTHEST": "`.least`",
 }
 _ORDER = ("SEMICOLON", "RPAR", "RSQB", "RBRACE", "COMMA", "COLON", "LPAR", "LSQB", "ABOVE", "EQUAL")
 _LOOKALIKES = {
@@ -148,7 +152,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         return "a place such as `[0, 0]` or `P + [10, 0]`"
     if names >= _VALUE:
         words.append("a value")
-        names -= _VALUE | {"RANGE"}
+        names -= _VALUE | {"RANGE", "FARTHEST"}
     if names >= _RELATIONS:
         words.append("`=`, `<`, `>` or `~`")
         names -= _RELATIONS
@@ -162,7 +166,7 @@ def expected_words(accepted: frozenset[str]) -> str:
         words.append("a shape")
         names -= _SHAPES | {"STRING"}
     if len(names) > 1:
-        names -= {"SPEED", "TO", "CLIP"}  # nobody expects them here
+        names -= {"SPEED", "PUSHES", "WEAK", "HOLDS", "FARTHEST", "TO", "CLIP"}  # nobody expects them here
     if "WORD" in names:
         names -= {"WITHIN", "WEIGHT", "ALWAYS", "EXTREME"} if len(names) > 1 else set()
     if "CIRCUMFLEX" in names or "STAR" in names:

@@ -193,14 +193,31 @@ class StepHeader(Node):
     relative: bool = False
 
 
+class Toward(StrEnum):
+    """Where a wish draws its left side: to a value, as far down or up as can be, or nowhere: it is to stay."""
+
+    VALUE = ""
+    LEAST = ".least"
+    MOST = ".most"
+    STAY = ".holds"
+
+
 @dataclass(frozen=True, slots=True)
 class Statement(Node):
-    """``left comparison right;``, and ``.speed(speed)`` after a wish (after other statements it is refused later)."""
+    """``left comparison right options;``. Options that do not suit the comparison are refused later.
+
+    A wish for the least or the most has 0 as its right side, and `Toward` says which; ``left .holds;`` is a wish too.
+    """
 
     left: Expression
     comparison: Comparison
     right: Expression
-    speed: Expression | None = None
+    options: tuple[Option, ...] = ()
+    toward: Toward = Toward.VALUE
+
+    def option(self, name: str) -> Option | None:
+        """The option of that name (the last one)."""
+        return next((option for option in reversed(self.options) if option.name == name), None)
 
 
 class Purpose(StrEnum):
@@ -267,7 +284,7 @@ def expressions_of(item: Item) -> list[Expression]:
     found: list[Expression | Text | None] = []
     match item:
         case Statement():
-            found = [item.left, item.right, item.speed]
+            found = [item.left, item.right, *_in_options(item.options)]
         case ClaimStatement():
             found = [item.left, item.right, item.extent]
         case StepHeader():

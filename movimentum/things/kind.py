@@ -139,7 +139,8 @@ class Look:
     circles at joints, with ``pin_fill`` inside. ``ink``: the theme's, of lines. ``drawn``: the anchors (by number) that
     the thing is drawn through; ``arcs``: edges between them that are not straight. ``still``: the camera does not move
     it. ``layer`` None: by order of definition. ``curves``: colours of a graph's curves behind its first one, in turn
-    (none: the usual ones).
+    (none: the usual ones). ``breadth``: the width that the definition states, which things touch with: no theme has a
+    say in that.
     """
 
     paint: Color = INK
@@ -166,3 +167,4 @@ class Look:
     still: bool = False
     offstage: bool = False
     curves: tuple[Color, ...] = ()
+    breadth: float | None = None

@@ -42,6 +42,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     Suffix,
     Text,
+    Toward,
     ViewStatement,
 )
 
@@ -122,10 +123,22 @@ def item_text(item: Item) -> str:
                 parts.append(f".{word}({expression_text(item.extent)})")
             parts += [".always"] if item.always else []
         case Statement():
-            parts = [expression_text(item.left), item.comparison, expression_text(item.right)]
-            if item.speed is not None:
-                parts.append(f".speed({expression_text(item.speed)})")
+            parts = [expression_text(item.left)]
+            if item.toward is Toward.STAY:
+                parts.append(item.toward)
+            else:
+                parts += [item.comparison, item.toward or _side_text(item.right)]
+            parts += map(_option_text, item.options)
     return " ".join(parts) + ";"
+
+
+_LIKE_OPTIONS = (".pushes", ".weak")
+
+
+def _side_text(side: Expression) -> str:
+    """A side of a statement; an anchor whose name is an option's stands in parentheses."""
+    text = expression_text(side)
+    return f"({text})" if text.endswith(_LIKE_OPTIONS) else text
 
 
 def _body_text(item: Definition) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.places import span_of_blocks
+from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
 from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.analysis.diagnose.runaway import runaway
@@ -50,12 +51,11 @@ def failure_diagnostic(
     """
     if (away := runaway(motion, segment_motion, trouble)) is not None:
         return away, 3
-    if (
-        trouble.kind is FailureKind.GAP
-        and trouble.block is not None
-        and _is_formula(segment_motion.plan.blocks[trouble.block])
-    ):
-        return _undefined(segment_motion, segment_motion.plan.blocks[trouble.block], trouble.begin, trouble.until), 3
+    if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
+        return pushed
+    block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
+    if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
+        return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
     if trouble.kind is FailureKind.GAP and (ended := given_up(segment_motion, trouble)) is not None:
         return ended, 3
     if trouble.kind is FailureKind.GAP and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
@@ -389,6 +389,7 @@ _UNTOLD = {
         "the velocity of {who} is unknown, because it depends on an integral",
         "determine what is still free, or leave the integral out",
     ),
+    RateTrouble.PUSHED: ("no-velocity", "nothing tells how fast {who} is: it is pushed", "`motion.velocity` does"),
     RateTrouble.DEMANDED: (
         "demanded-velocity",
         "this says how fast {who} should be, but `.d(…)` only tells how fast it is",

@@ -9,6 +9,7 @@ from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.planning.blocks.kinds import Pushing
 from movimentum.scene.findings import clock_meant
 from movimentum.scene.model import Relation, Scene, VariableComponent
 from movimentum.scene.text_edits import added, renamed
@@ -19,10 +20,12 @@ from movimentum.text import time_text
 
 
 def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iterator[Diagnostic]:
-    """A warning for each free motion of segment number ``index`` that no wish draws."""
+    """A warning for each free motion of segment number ``index`` that no wish draws, and that nothing pushes."""
     segment_motion = trials.motion.segments[index]
     freedom = sum(rank.freedom for rank in ranks)
     for rank in ranks:
+        if isinstance(segment_motion.plan.blocks[rank.block], Pushing):
+            continue
         for motion in rank.motions:
             if motion.drawn:
                 continue

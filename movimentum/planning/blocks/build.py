@@ -270,7 +270,11 @@ def _with_metric(making: _Making, fields: dict[str, Any], metric: Metric) -> Fre
 def _free_block(making: _Making, size: float) -> Free:
     """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
     system, group = making.system, making.group
-    if len(group.unknowns) <= DENSE or any(system.equations[e].form is not Form.PLAIN for e in group.equations):
+    if (
+        group.pushed
+        or len(group.unknowns) <= DENSE
+        or any(system.equations[e].form is not Form.PLAIN for e in group.equations)
+    ):
         return _small_free_block(making, _stated_rows(system, group))
     core, linear, residuals, stated_by = reduced_rows(system, group.equations, group.unknowns, size)
     rows = _Rows(core, residuals, stated_by)

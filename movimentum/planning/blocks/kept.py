@@ -71,6 +71,7 @@ def block_key(
     return (
         number,
         group.unknowns,
+        group.pushed,
         bodies,
         tuple(map(_row_key, rows)),
         starts,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from movimentum.expressions import Expr, add, mul
+from movimentum.planning.blocks.push_rows import PullRows, PushRows
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
 from movimentum.planning.structure.metric import Metric
@@ -226,6 +227,16 @@ class Free(Newton):
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Pushing(Free):
+    """Equations that leave freedom, in which inequalities push: the motion is the least that both allow, and the
+    wishes, the higher ones first.
+    """
+
+    pushes: PushRows
+    pulls: PullRows
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Winding(BlockBase):
     """A continuous angle from a direction. ``direction``: compiled; (sine, cosine)."""
 
@@ -297,7 +308,7 @@ class Velocity(BlockBase):
     order: int
 
 
-Block = Assign | Linear | Quadratic | Newton | Free | Winding | Integral | Ode | Velocity
+Block = Assign | Linear | Quadratic | Newton | Free | Pushing | Winding | Integral | Ode | Velocity
 """A group of equations, made ready to be solved."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from movimentum.expressions import Expr, walk
-from movimentum.planning.blocks.kinds import Block, Free, Velocity
+from movimentum.planning.blocks.kinds import Block, Free, Pushing, Velocity
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
@@ -25,7 +25,9 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
     owner = {n: block.number for block in blocks for n in block.unknowns}
     law = blocks[owner[of]]
     trouble = None
-    if not isinstance(law, Free):
+    if isinstance(law, Pushing):
+        trouble = RateTrouble.PUSHED
+    elif not isinstance(law, Free):
         trouble = RateTrouble.FLOWING
     elif law.moving and order > (1 if law.wishes is not None else HIGHEST):
         trouble = RateTrouble.HIGHER

@@ -7,6 +7,7 @@ from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
 from movimentum.planning.blocks.kinds import Block, Free, Newton, Ode, WishRows
+from movimentum.planning.blocks.pushed import read_by, with_pushed
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of, with_respect_to
 from movimentum.planning.lowering.equations import Form, System, Wish
@@ -77,8 +78,12 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
     Parts that are drawn by one wish together, or each toward the other, become one group. Raises `RateError` where a
     free motion depends on its own velocity.
     """
+    groups, joined = with_pushed(groups, system)
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
+    for i, group in enumerate(groups):
+        if group.pushed:
+            depends[i] |= {of[n] for n in read_by(group, system) if n in of} - {i}
     for i, group in enumerate(groups):  # what moves freely moves least, so it has to know how its things turn
         for n in group.unknowns if group.free else ():
             payload = system.unknowns[n].payload
@@ -86,7 +91,7 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
                 parts = (system.number_of.get(kind(payload.thing)) for kind in (PoseX, PoseY, PoseCos, PoseSin))
                 depends[i] |= {of[m] for m in parts if m in of} - {i}
     rates = [bool(group.equations) and system.equations[group.equations[0]].form is Form.VELOCITY for group in groups]
-    moved = any(rates)
+    moved = joined or any(rates)
     for wish in system.wishes:
         drawn = sorted({of[n] for n in wish.about if n in of and groups[of[n]].free})
         targets = {of[n] for n in symbol_numbers(*wish.errors) if n in of}.difference(drawn)
@@ -104,7 +109,8 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
         together = [groups[i] for i in component if groups[i].free]
         if together:
             members = tuple(sorted(n for group in together for n in group.unknowns))
-            result.append(Group(members, tuple(sorted(e for group in together for e in group.equations)), free=True))
+            equations = tuple(sorted(e for group in together for e in group.equations))
+            result.append(Group(members, equations, free=True, pushed=any(group.pushed for group in together)))
         result.extend(groups[i] for i in sorted(component) if not groups[i].free)
     return result
 

@@ -14,7 +14,8 @@ from typing import Any
 
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, rebuild, sub, symbols, walk
 from movimentum.records import dataclass
-from movimentum.scene.model import AnchorCoordinate, Constraint, Relation, Scene, Thing, ThingAngle
+from movimentum.scene.model import AnchorCoordinate, Relation, Scene, Thing, ThingAngle
+from movimentum.timeline.model import Segment
 
 Point = tuple[float, float]
 Vector = tuple[Expr, Expr]
@@ -90,18 +91,24 @@ KnownFrames = dict[tuple[int, int, tuple[int, ...]], BodyFrame]
 """Frames of one scene's things that were found before: by thing, anchor at the origin, and anchors to turn towards."""
 
 
-def body_frames(scene: Scene, active: Iterable[Constraint], known: KnownFrames) -> dict[int, BodyFrame]:
+def body_frames(scene: Scene, segment: Segment, known: KnownFrames) -> dict[int, BodyFrame]:
     """Each thing's frame: its origin is an anchor that an equation names on its own, so that the pose is as sparse as
     the script, its x axis goes through the next anchor that an equation names.
 
     A thing whose angle a constraint mentions is not turned: its direction is that angle's, exactly. Frames that are
-    found are added to the ``known`` ones.
+    found are added to the ``known`` ones. A gap that pushes mentions those of its things that other statements have
+    moved so far.
     """
     origins: dict[int, int] = {}
     joined: dict[int, set[int]] = {}
     named: dict[int, set[int]] = {}
     measured: set[int] = set()
-    for constraint in active:
+    for constraint in segment.active:
+        if constraint.gaps:
+            sides = [side.thing for pair in constraint.gaps for side in pair]
+            moved = (t for t in sides if scene.mentioned.get(t, segment.step + 1) <= segment.step)
+            named.update((t, set()) for t in moved if t not in named)
+            continue
         if constraint.relation is Relation.EQUAL:
             for side in (constraint.left, constraint.right):
                 payload = side[0].payload

@@ -27,9 +27,10 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import differentiate
-from movimentum.planning.lowering.equations import Equation, Form, Inequality, Wish
+from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
+from movimentum.planning.lowering.pushes import is_pull, lowered_pull, lowered_push, modulo_turn
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -81,6 +82,8 @@ class SystemBuilder:
         self.equations: list[Equation] = []
         self.selectors: list[Inequality] = []
         self.wishes: list[Wish] = []
+        self.pushes: list[Push] = []
+        self.pulls: list[Pull] = []
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
@@ -120,7 +123,8 @@ class SystemBuilder:
     def _gathered(self, lowered: Expr) -> Expr:
         return lowered if self.shift == (0.0, 0.0) else gathered(lowered)
 
-    def _difference(self, left: Expr, right: Expr) -> Expr:
+    def difference(self, left: Expr, right: Expr) -> Expr:
+        """Two lowered expressions' difference."""
         return self._gathered(sub(left, right))
 
     def _leaf(self, node: Expr) -> Expr | None:
@@ -309,6 +313,10 @@ class SystemBuilder:
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
             self._face_contacts(constraint)
+        if constraint.pushes:
+            self.pushes.append(lowered_push(self, constraint))
+            self.constraint = None
+            return
         pairs = [(self.lower(a), self.lower(b)) for a, b in zip(constraint.left, constraint.right, strict=True)]
         match constraint.relation:
             case Relation.EQUAL:
@@ -316,14 +324,16 @@ class SystemBuilder:
                     self._equate(left, right, constraint.number)
             case Relation.BELOW:
                 self.selectors.append(
-                    Inequality(self._difference(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
+                    Inequality(self.difference(pairs[0][1], pairs[0][0]), constraint.number, strict=constraint.strict)
                 )
             case Relation.ABOVE:
                 self.selectors.append(
-                    Inequality(self._difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
+                    Inequality(self.difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
+            case Relation.WISH if is_pull(constraint):
+                self.pulls.append(lowered_pull(self, constraint, pairs))
             case Relation.WISH:
-                errors = tuple(_modulo_turn(a, b, self._difference(a, b)) for a, b in pairs)
+                errors = tuple(modulo_turn(a, b, self.difference(a, b)) for a, b in pairs)
                 about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
                 self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
             case Relation.LARGEST | Relation.SMALLEST:
@@ -347,7 +357,7 @@ class SystemBuilder:
         return self.forms(self.constraint, residual)
 
     def _equate(self, left: Expr, right: Expr, number: int) -> None:
-        residual = self._difference(left, right)
+        residual = self.difference(left, right)
         form = self._form(residual)
         if form is None:
             measure = along_line(left, right) or along_line(right, left)
@@ -367,14 +377,6 @@ class SystemBuilder:
             self.add_equation(cancelled(residual), form, number)
             return
         self.add_equation(residual, form, number)
-
-
-def _modulo_turn(left: Expr, right: Expr, error: Expr) -> Expr:
-    """What the sides of a wish differ by, ``error``; an angle between vectors is meant modulo a turn."""
-    if "atan2d" not in (left.op, right.op):
-        return error
-    half = const(180.0)
-    return sub(call("mod", add(error, half), const(360.0)), half)
 
 
 def can_be_seen_turning(thing: Thing) -> bool:

@@ -25,7 +25,7 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
 )
 from movimentum.records import dataclass
-from movimentum.scene.model import Scene, ThingAngle
+from movimentum.scene.model import GapSide, Scene, ThingAngle, Toward
 from movimentum.timeline.model import Segment
 
 
@@ -90,13 +90,15 @@ class Inequality:
     """An inequality: ``value`` (an expression) must not be negative.
 
     ``constraint`` is None for one that an equation implies (a length's sign, an angle's side); ``equation_of`` is then
-    the constraint whose equation it belongs to. ``strict``: zero does not do either.
+    the constraint whose equation it belongs to. ``strict``: zero does not do either. ``pushes``: it would move what is
+    free, if anything were; no other solution does instead.
     """
 
     value: Expr
     constraint: int | None
     equation_of: int | None = None
     strict: bool = False
+    pushes: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +112,46 @@ class Wish:
     constraint: int
     about: frozenset[int]
     speed: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """An inequality that moves what is free: ``value`` must not be negative. Of a rate (``rate`` is not None) ``value``
+    must grow at least as fast as that. Of a gap the distance of each of its ``pairs`` must be at least minus ``value``.
+    ``reads`` are the unknowns that it is about.
+    """
+
+    value: Expr
+    constraint: int
+    reads: frozenset[int]
+    rate: Expr | None = None
+    pairs: tuple[tuple[GapSide, GapSide], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Pull:
+    """A wish below all others: ``values`` are to become zero, small, large or to stay, as ``toward`` says.
+    ``weakness``: see `scene.model.Constraint`. ``turns``: they are angles. ``about`` and ``speed``: see `Wish`.
+    ``drawn``: the values in what moves anchors (see `planning.blocks.wishes`).
+    """
+
+    values: tuple[Expr, ...]
+    constraint: int
+    about: frozenset[int]
+    toward: Toward
+    weakness: int
+    turns: bool
+    speed: float | None = None
+    drawn: tuple[Expr, ...] = ()
+
+    @property
+    def level(self) -> tuple[int, int, int]:
+        """What comes first, is lower: wishes like any other (for the least, the most), then what holds, then what is
+        weak, of which the later one gives way.
+        """
+        if self.weakness:
+            return 2, self.weakness, self.constraint
+        return int(self.toward is Toward.STAY), 0, 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +171,8 @@ class System:
     frames: dict[int, BodyFrame]
     number_of: dict[Hashable, int]
     shift: tuple[float, float] = (0.0, 0.0)
+    pushes: tuple[Push, ...] = ()
+    pulls: tuple[Pull, ...] = ()
 
     def mentioned(self) -> list[int]:
         """The things whose pose or turn constraints mention."""

@@ -46,7 +46,7 @@ def build_system(
     the frames that other segments of the scene have needed, ``forms`` what knows polynomials from before.
     """
     builder = SystemBuilder(
-        scene, segment, body_frames(scene, segment.active, known), scene_shift(scene), rolling=rolling, forms=forms
+        scene, segment, body_frames(scene, segment, known), scene_shift(scene), rolling=rolling, forms=forms
     )
     builder.number_poses()
     for constraint in segment.active:
@@ -66,6 +66,8 @@ def _finished(builder: SystemBuilder) -> System:
         frames=builder.frames,
         number_of=dict(builder.number_of),
         shift=builder.shift,
+        pushes=tuple(builder.pushes),
+        pulls=tuple(builder.pulls),
     )
 
 
@@ -76,6 +78,8 @@ def _reopened(system: System) -> SystemBuilder:
     builder.equations = list(system.equations)
     builder.selectors = list(system.selectors)
     builder.wishes = list(system.wishes)
+    builder.pushes = list(system.pushes)
+    builder.pulls = list(system.pulls)
     return builder
 
 

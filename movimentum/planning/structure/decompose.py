@@ -20,11 +20,14 @@ from movimentum.scene.model import ThingAngle
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Unknowns that are found together from ``equations``; ``free`` where there are more unknowns than equations."""
+    """Unknowns that are found together from ``equations``; ``free`` where there are more unknowns than equations, and
+    ``pushed`` where inequalities push them, or wishes below others draw them.
+    """
 
     unknowns: tuple[int, ...]
     equations: tuple[int, ...]
     free: bool = False
+    pushed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -74,8 +74,21 @@ Local = Callable[[int, int], tuple[Any, Any]]
 """Where an anchor (of a thing, by number) is in its thing's frame: floats, or arrays of one shape for variants."""
 
 
+Points = Callable[[int], Iterable[tuple[Any, Any, float]]]
+"""The points of a thing (by number) whose motion counts: where they are in its frame, and how much each counts."""
+
+
+def anchors_of(system: System, local: Local) -> Points:
+    """All anchors alike."""
+
+    def points(number: int) -> Iterable[tuple[Any, Any, float]]:
+        return ((*local(number, anchor), 1.0) for anchor in range(len(system.scene.things[number].anchors)))
+
+    return points
+
+
 def anchor_forms(
-    system: System, core: Sequence[int], local: Local, linear: LinearMap | None = None
+    system: System, core: Sequence[int], points: Points, linear: LinearMap | None = None
 ) -> tuple[dict[tuple[int, int], Any], dict[tuple[int, int], Any], tuple[int, ...]]:
     """The entries of M and C for a block with the unknowns ``core`` and the eliminated ones of ``linear``, and the
     unknowns of C's columns. See `Metric`; M is not definite yet.
@@ -89,10 +102,8 @@ def anchor_forms(
     coupling: dict[tuple[int, int], Any] = {}
     poses = (system.unknowns[n].payload for n in mine)
     for number in sorted({payload.thing for payload in poses if isinstance(payload, PosePart)}):
-        thing = system.scene.things[number]
         numbers = [system.number_of.get(kind(number)) for kind in (PoseX, PoseY, PoseCos, PoseSin)]
-        for anchor in range(len(thing.anchors)):
-            dx, dy = local(number, anchor)
+        for dx, dy, weight in points(number):
             for row in ((1.0, 0.0, dx, -dy), (0.0, 1.0, dy, dx)):
                 by_core: dict[int, Any] = {}
                 by_coupled: dict[int, Any] = {}
@@ -108,9 +119,9 @@ def anchor_forms(
                         by_core[k] = by_core.get(k, 0.0) + factor * slope
                 for i, a in by_core.items():
                     for j, b in by_core.items():
-                        form[i, j] = form.get((i, j), 0.0) + a * b
+                        form[i, j] = form.get((i, j), 0.0) + weight * a * b
                     for j, b in by_coupled.items():
-                        coupling[i, j] = coupling.get((i, j), 0.0) + a * b
+                        coupling[i, j] = coupling.get((i, j), 0.0) + weight * a * b
     return form, coupling, tuple(coupled)
 
 
@@ -120,7 +131,12 @@ def anchor_metric(system: System, core: Sequence[int], linear: LinearMap | None 
     def local(thing: int, anchor: int) -> tuple[float, float]:
         return system.frame(thing).local(system.scene.things[thing].anchors[anchor].local)
 
-    form, coupling, coupled = anchor_forms(system, core, local, linear)
+    return metric_of(system, core, anchors_of(system, local), linear)
+
+
+def metric_of(system: System, core: Sequence[int], points: Points, linear: LinearMap | None = None) -> Metric:
+    """The metric in which the motion of ``points`` counts."""
+    form, coupling, coupled = anchor_forms(system, core, points, linear)
     count = len(core)
     largest = max((form.get((k, k), 0.0) for k in range(count)), default=0.0) or 1.0
     for k in range(count):
@@ -145,7 +161,7 @@ class MetricAcross:
     @staticmethod
     def of(system: System, core: Sequence[int], local: Local, count: int) -> MetricAcross:
         """That of ``count`` variants, whose anchors are at ``local`` (numbers, or (V,))."""
-        form, coupling, coupled = anchor_forms(system, core, local)
+        form, coupling, coupled = anchor_forms(system, core, anchors_of(system, local))
         n = len(core)
         dense, across = np.zeros((count, n, n)), np.zeros((count, n, len(coupled)))
         for (i, j), value in form.items():

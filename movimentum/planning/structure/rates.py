@@ -20,14 +20,15 @@ class RateTrouble(StrEnum):
 
     CYCLE: the equations of what it is a derivative of only say it with the derivative itself; FED_BACK: it is one of a
     free motion that depends on it; HIGHER: it is a derivative of a velocity that has none (toward a wish, or the third
-    one of any free motion); FLOWING: of a free motion that a differential equation drives; DEMANDED: an equation says
-    what it should be, of a free motion that goes its own way.
+    one of any free motion); FLOWING: of a free motion that a differential equation drives; PUSHED: of one
+    that something pushes; DEMANDED: an equation says what it should be, of a free motion that goes its own way.
     """
 
     CYCLE = "cycle"
     FED_BACK = "fed back"
     HIGHER = "higher"
     FLOWING = "flowing"
+    PUSHED = "pushed"
     DEMANDED = "demanded"
 
 

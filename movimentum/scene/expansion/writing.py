@@ -54,13 +54,15 @@ class ItemWriter:
         """A statement or a claim; None after an error."""
         rewrite = self.constants.rewriter.expression
         left, right = rewrite(item.left, scope), rewrite(item.right, scope)
-        more = item.speed if isinstance(item, Statement) else item.extent
-        made = None if more is None else rewrite(more, scope)
-        if left is None or right is None or (more is not None and made is None):
-            return None
         span = scope.place(item.span)
         if isinstance(item, Statement):
-            return Statement(left, item.comparison, right, made, span=span)
+            options = self._options(item.options, scope, _NOTHING)
+            if left is None or right is None or options is None:
+                return None
+            return Statement(left, item.comparison, right, options, item.toward, span=span)
+        made = None if item.extent is None else rewrite(item.extent, scope)
+        if left is None or right is None or (item.extent is not None and made is None):
+            return None
         return ClaimStatement(left, item.comparison, right, made, item.purpose, item.always, span=span)
 
     def config(self, item: ConfigStatement, scope: Scope) -> ConfigStatement | None:

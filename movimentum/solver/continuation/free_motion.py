@@ -25,6 +25,7 @@ from movimentum.tolerances import (
     FREE_MOTION_AT_NODE,
     FREE_MOTION_STEP,
     LEAST_DIVISOR,
+    PUSH_GUESS,
     SHORTEST_PATH_STEP,
 )
 
@@ -59,6 +60,29 @@ class Integrable(Protocol):
         ...
 
 
+class Watch(Protocol):
+    """What looks at a motion as it goes on. Without it, a step may be as long as accuracy lets it, and an error is one
+    in whatever direction.
+    """
+
+    first: float
+    """Of the time between two nodes: the first step."""
+
+    def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
+        """How long a step may be at most."""
+        ...
+
+    def undetermined(self, difference: FloatArray) -> FloatArray:
+        """What of a ``difference`` (n,) the constraints leave open; what they determine is found from them."""
+        ...
+
+    def seen(
+        self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
+    ) -> tuple[float, FloatArray, FloatArray] | None:
+        """Where the path ends between the two ends of a step (time, values, rates): something happens there."""
+        ...
+
+
 def drift(
     motion: Integrable,
     x: FloatArray,
@@ -68,12 +92,13 @@ def drift(
     tolerance: float = FREE_MOTION_STEP,
     *,
     roughly: bool = False,
+    watch: Watch | None = None,
 ) -> NodeTrack:
     """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
 
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
     last node, or ends where a step as short as `SHORTEST_PATH_STEP` still fails. ``roughly``: accuracy is given up from
-    the beginning, because what drives the motion is not followed closely either.
+    the beginning, because what drives the motion is not followed closely either. What a ``watch`` sees ends the track.
     """
     tolerance *= tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
@@ -87,7 +112,7 @@ def drift(
     hurried = False
     rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
-    length = FIRST_FREE_MOTION_STEP * float(nodes[1] - nodes[0])
+    length = (FIRST_FREE_MOTION_STEP if watch is None else watch.first) * float(nodes[1] - nodes[0])
 
     def track(end: float) -> NodeTrack:
         return node_track(times, values, rates, end, np.inf if stage >= ROUNDS else tolerance)
@@ -100,6 +125,8 @@ def drift(
             if spent > (2.0 - 0.5**stage) * budget or hurried:
                 stage, hurried = stage + 1, False
                 tolerance = min(100.0 * tolerance, COARSEST_FREE_MOTION_STEP)
+            if stage >= ROUNDS and watch is not None:
+                return track(tau)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
                 new, good, _ = motion.restored(float(target), x)
                 if not good:
@@ -110,6 +137,8 @@ def drift(
                 values.append(x)
                 continue
             step = min(length, float(target) - tau)
+            if watch is not None:
+                step = min(step, watch.longest(tau, x, rates[-1]))
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
             instant = tau + step if target - tau - step > FREE_MOTION_AT_NODE * total else float(target)
@@ -117,9 +146,12 @@ def drift(
             new, good, tangent = motion.restored(instant, predicted)
             new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
             corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
-            error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
-            bend = _bend([*past, step], [*rates[-order:], new_rate], step)
-            error = max(error, step / 384.0 * float(np.max(np.abs(bend) / scale)))
+            off = MILNE[order - 1] * (corrected - new)
+            bend = step / 384.0 * _bend([*past, step], [*rates[-order:], new_rate], step)
+            error = max(float(np.max(np.abs(off) / scale)), float(np.max(np.abs(bend) / scale)))
+            if watch is not None and np.isfinite(error):
+                left = (watch.undetermined(each) / scale for each in (off, bend))
+                error = max(error * tolerance / PUSH_GUESS, *(float(np.max(np.abs(each))) for each in left))
             if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
@@ -138,6 +170,11 @@ def drift(
                     begun = len(times) - 1
                 continue
             refused = 0
+            if watch is not None and (end := watch.seen((tau, x, rates[-1]), (instant, new, new_rate))) is not None:
+                times.append(end[0])
+                values.append(end[1])
+                rates.append(end[2])
+                return track(end[0])
             tau = instant
             budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new - x) / scale)))
             x = new

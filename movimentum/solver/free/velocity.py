@@ -122,30 +122,51 @@ class FreeVelocity:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:
         that of what comes after, if there is a kink.
         """
-        best = np.nan  # so that the first is taken, whatever its error
         rows, coupled = len(self.block.residuals), self.block.metric.coupled
-        changes = errors = slopes = np.zeros(0)
+        known = tangent
+
+        def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
+            nonlocal known
+            known = known or tangent_at(problem.first(), x)
+            values = problem.completed(repeated) if coupled else {}
+            read = [np.broadcast_to(values[n], len(repeated))[:, None] for n in coupled]
+            wished, _ = problem.wishes(repeated)
+            return np.concatenate([problem.residual(repeated) / known.lengths, *read, wished], axis=1)
+
+        changes, problem = self.changes(tau, x, read, after)
+        assert known is not None
+        want, speeds, drift = np.split(changes, [rows, rows + len(coupled)])
+        pull = self.block.metric.pull(speeds) if coupled else None
+
+        def wish() -> tuple[FloatArray, FloatArray, FloatArray]:
+            errors, slopes = problem.wishes(x[None])
+            return errors[0], slopes[0], drift
+
+        return self.law.velocity(known, -want * known.lengths, pull, wish)
+
+    def changes(
+        self, tau: float, x: FloatArray, read: Callable[[BlockProblem, FloatArray], FloatArray], after: bool = False
+    ) -> tuple[FloatArray, BlockProblem]:
+        """How fast (q,) what is ``read`` changes if the block stands still at core values ``x`` (n,), and the problem
+        at ``tau``. ``read`` gives the values (F, q) of a problem at F instants, for core values (F, n).
+        """
+        best = np.nan  # so that the first is taken, whatever its error
+        changes, problem = np.zeros(0), None
         sides = (AHEAD, ACROSS, BEHIND) if after else (ACROSS, BEHIND, AHEAD)
+        repeated = np.repeat(x[None, :], 1 + POINTS, axis=0)
         for step, side in itertools.product(STEPS * self._spacing, sides):
             instants = self._near(tau, step, side)
             problem = self.probe(np.concatenate([[tau], instants]))
-            tangent = tangent or tangent_at(problem.first(), x)
-            repeated = np.repeat(x[None, :], 1 + POINTS, axis=0)
-            values = problem.completed(repeated) if coupled else {}
-            wished, all_slopes = problem.wishes(repeated)
-            read = [np.broadcast_to(values[n], 1 + POINTS)[:, None] for n in coupled]
-            seen = np.concatenate([problem.residual(repeated) / tangent.lengths, *read, wished], axis=1)[1:]
+            seen = read(problem, repeated)[1:]
             found = _weights(instants - tau) @ seen
             error = float(np.max(np.abs(found - _weights(instants[1:-1] - tau) @ seen[1:-1]), initial=0.0))
             if not error >= best:
-                best, changes, errors, slopes = error, found, wished[0], all_slopes[0]
+                best, changes = error, found
             largest = np.max(np.abs(found), initial=0.0)
             if not error > DERIVATIVES_ALIKE * largest + ROUNDING_OF_INPUTS * self.plan.size / step:
                 break
-        assert tangent is not None
-        want, speeds, drift = np.split(changes, [rows, rows + len(coupled)])
-        pull = self.block.metric.pull(speeds) if coupled else None
-        return self.law.velocity(tangent, -want * tangent.lengths, pull, lambda: (errors, slopes, drift))
+        assert problem is not None
+        return changes, problem.first()
 
     def _near(self, tau: float, step: float, side: float) -> FloatArray:
         """(`POINTS`,) instants, ``step`` apart, that begin ``side`` of their extent before ``tau``; on the path where

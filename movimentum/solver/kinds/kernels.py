@@ -17,6 +17,7 @@ from movimentum.planning.blocks.kinds import (
     Linear,
     Newton,
     Ode,
+    Pushing,
     Quadratic,
     Velocity,
     Winding,
@@ -34,6 +35,7 @@ from movimentum.solver.kinds.integral import IntegralKernel
 from movimentum.solver.kinds.linear import LinearKernel
 from movimentum.solver.kinds.newton import NewtonKernel
 from movimentum.solver.kinds.ode import OdeKernel
+from movimentum.solver.kinds.pushing import PushingKernel
 from movimentum.solver.kinds.quadratic import QuadraticKernel
 from movimentum.solver.kinds.velocity import VelocityKernel
 from movimentum.solver.kinds.winding import WindingKernel
@@ -44,6 +46,7 @@ KERNELS: Mapping[type[Block], Kernel[Any]] = {
     Quadratic: QuadraticKernel(),
     Newton: NewtonKernel(),
     Free: NewtonKernel(),
+    Pushing: PushingKernel(),
     Winding: WindingKernel(),
     Integral: IntegralKernel(),
     Ode: OdeKernel(),

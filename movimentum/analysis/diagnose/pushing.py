@@ -1,0 +1,175 @@
+"""What pushes: why nothing can move any more, what begins inside each other, and what touches when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from movimentum.analysis.diagnose.reach import constraint_of
+from movimentum.analysis.happenings import ContactEvent, contact_events
+from movimentum.diagnostics import Diagnostic, Label, Severity
+from movimentum.scene.model import Constraint
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.pushing.overlap import Overlapping
+from movimentum.solver.pushing.phases import MOST_EVENTS
+from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
+from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
+from movimentum.text import counted, listed, number, time_text
+from movimentum.tolerances import SAME_INSTANT
+
+SHOWN = 6
+"""So many times are listed."""
+
+
+def push_failure(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int] | None:
+    """The diagnostic for a motion that ends where something pushes, and the exit code; None for any other trouble."""
+    if trouble.kind is FailureKind.SELECTOR and trouble.selector is not None:
+        selector = segment_motion.plan.system.selectors[trouble.selector]
+        found = constraint_of(segment_motion, selector.constraint)
+        if not selector.pushes or found is None:
+            return None
+        return _driven(segment_motion, found, trouble.begin), 3
+    track = _track_of(segment_motion, trouble)
+    if track is None:
+        return None
+    said = [(constraint_of(segment_motion, n), things) for n, things in track.jammed]
+    stated = [constraint for constraint, _ in said if constraint is not None]
+    when = _at(segment_motion, trouble.begin)
+    match track.end:
+        case PushEnd.OVERLAP:
+            return _overlap(segment_motion, track.overlaps[0], when), 1
+        case PushEnd.CONTRADICTION:
+            first = segment_motion.segment.step == 0
+            return _contradiction(stated, when, first=first), 1 if first else 3
+        case PushEnd.JAM:
+            names = _names(motion, [things for _, things in said])
+            return _jam(track, stated, names, when), 3
+        case PushEnd.BUDGET:
+            return _accumulated(motion, segment_motion, track, when), 3
+        case _:
+            return None
+
+
+def _at(segment_motion: SegmentMotion, tau: float) -> str:
+    start, end = float(segment_motion.segment.start), float(segment_motion.segment.end)
+    return time_text(start if tau <= SAME_INSTANT * (end - start) else start + tau)
+
+
+def _track_of(segment_motion: SegmentMotion, trouble: Failure) -> PushTrack | None:
+    if trouble.kind is not FailureKind.GAP or trouble.block is None:
+        return None
+    for piece in segment_motion.pieces:
+        if isinstance(piece, Piece) and piece.begin <= trouble.begin <= max(piece.end, trouble.begin):
+            track = piece.tracks[trouble.block]
+            if isinstance(track, PushTrack) and track.end is not PushEnd.NONE:
+                return track
+    return None
+
+
+def _names(motion: PathMotion, pairs: Sequence[tuple[int, int] | None]) -> list[str]:
+    things = motion.timeline.scene.things
+    return list(dict.fromkeys(f"`{things[t].name}`" for pair in pairs if pair is not None for t in pair))
+
+
+def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -> Diagnostic:
+    """What is driven on both sides: nothing gives way."""
+    when = _at(segment_motion, tau)
+    return Diagnostic(
+        code="solve/binds",
+        severity=Severity.ERROR,
+        message=f"it binds at t = {when}: nothing that this could push is free",
+        span=constraint.span,
+        notes=("everything in it is driven by equations",),
+        helps=("leave one of these equations out, or drive one thing less far",),
+    )
+
+
+def _jam(track: PushTrack, stated: Sequence[Constraint], names: Sequence[str], when: str) -> Diagnostic:
+    who = f"{listed(names)} jam" if len(names) > 1 else "it jams"
+    return Diagnostic(
+        code="solve/binds",
+        severity=Severity.ERROR,
+        message=f"{who} at t = {when}: from then on nothing that they push can give way",
+        span=stated[-1].span if stated else None,
+        labels=tuple(Label(constraint.span, "pushes against it") for constraint in stated[:-1]),
+        notes=(f"the loop that jams has {counted(len(track.jammed), 'contact')}, and what drives it",),
+        helps=("let one of these things yield, drive it less far, or end one of these statements with `_`",),
+    )
+
+
+def _contradiction(stated: Sequence[Constraint], when: str, *, first: bool) -> Diagnostic:
+    return Diagnostic(
+        code="constraint/conflict" if first else "solve/binds",
+        severity=Severity.ERROR,
+        message=f"no pose satisfies {counted(len(stated), 'inequality', 'inequalities')} that push at t = {when}",
+        span=stated[-1].span if stated else None,
+        labels=tuple(Label(constraint.span, "against this") for constraint in stated[:-1]),
+        helps=("change or drop one of them",),
+    )
+
+
+def _overlap(segment_motion: SegmentMotion, found: Overlapping, when: str) -> Diagnostic:
+    scene = segment_motion.plan.system.scene
+    one, other = (scene.things[t] for t in found.things)
+    constraint = constraint_of(segment_motion, found.push)
+    helps: tuple[str, ...] = ("draw them apart",)
+    if found.moved is not None and found.free is not None:
+        thing = scene.things[found.moved]
+        shift = segment_motion.plan.system.shift
+        x, y = (number(v + s, 6) for v, s in zip(found.free, shift, strict=True))
+        helps = (f"it is free with `{thing.name}.{thing.anchors[0].name}` at [{x}, {y}]",)
+    return Diagnostic(
+        code="contact/start",
+        severity=Severity.ERROR,
+        message=f"`{one.name}` and `{other.name}` overlap by {number(found.depth)} at t = {when}, as they push",
+        span=None if constraint is None else constraint.span,
+        labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
+        notes=("what pushes never lets things overlap, so they cannot begin so",),
+        helps=helps,
+    )
+
+
+def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diagnostic:
+    last = track.events[-1] if track.events else None
+    constraint = None if last is None else constraint_of(segment_motion, last.push)
+    names = _names(motion, [None if last is None else last.things])
+    who = f"between {listed(names)} " if names else ""
+    return Diagnostic(
+        code="limit/contacts",
+        severity=Severity.ERROR,
+        message=f"contacts {who}begin and end over and over at t = {when}; what comes after was not looked at",
+        span=None if constraint is None else constraint.span,
+        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless row of them",),
+        helps=("wishes that pull against each other do that: make one of them `.weak`, or `.weak(2)`",),
+    )
+
+
+def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A note for each pair that comes to touch, and for each that parts."""
+    scene = motion.timeline.scene
+    spans = {item.number: item.span for item in scene.constraints()}
+    grouped: dict[tuple[Happening, int, tuple[int, int] | None], list[ContactEvent]] = {}
+    for event in contact_events(motion):
+        if event.happening in (Happening.BEGINS, Happening.ENDS):
+            grouped.setdefault((event.happening, *event.pair), []).append(event)
+    for (happening, push, things), events in grouped.items():
+        names = None if things is None else [f"`{scene.things[t].name}`" for t in things]
+        first, *rest = [time_text(event.time) for event in events]
+        begins = happening is Happening.BEGINS
+        if names is None:
+            message = (
+                f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
+            )
+        else:
+            message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
+        notes: tuple[str, ...] = ()
+        if rest:
+            more = len(rest) - SHOWN
+            notes = (f"again at t = {', '.join(rest[:SHOWN])}" + (f", and {more} times more" if more > 0 else ""),)
+        yield Diagnostic(
+            code=f"contact/{happening}",
+            severity=Severity.NOTE,
+            message=message,
+            span=spans.get(push),
+            notes=notes,
+        )

@@ -1,0 +1,121 @@
+"""What touches when: contacts that begin, end, go on elsewhere, or let nothing move, over a whole motion."""
+
+from __future__ import annotations
+
+from movimentum.records import dataclass
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.path.piece import Piece
+from movimentum.solver.pushing.tracks import Happening, PushTrack
+from movimentum.tolerances import CONTACT_FLICKERS
+
+Pair = tuple[int, tuple[int, int] | None]
+"""The number of the constraint, and the things."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactEvent:
+    """Something that happens at ``time``: see `Event`."""
+
+    time: float
+    happening: Happening
+    push: int
+    things: tuple[int, int] | None
+
+    @property
+    def pair(self) -> Pair:
+        """Whose contact it is."""
+        return self.push, self.things
+
+
+def contact_events(motion: PathMotion) -> list[ContactEvent]:
+    """All that begins and ends, in order of time. What goes on from one step to the next neither ends nor begins; what
+    a step ends, does.
+    """
+    found: list[ContactEvent] = []
+    touching: dict[Pair, float] = {}
+    for segment_motion in motion.segments:
+        start = float(segment_motion.segment.start)
+        if found and segment_motion.segment.end == segment_motion.segment.start:
+            continue  # the end of it all
+        now: dict[Pair, None] = {}
+        for piece in segment_motion.pieces:
+            if not isinstance(piece, Piece):
+                continue
+            for track in piece.tracks:
+                if not isinstance(track, PushTrack):
+                    continue
+                for event in track.events:
+                    if event.tau > piece.end:
+                        continue
+                    told = ContactEvent(start + event.tau, event.happening, event.push, event.things)
+                    if event.happening is Happening.BEGINS:
+                        now[told.pair] = None
+                        if told.pair in touching and event.tau <= piece.begin:
+                            del touching[told.pair]
+                            continue
+                    elif event.happening is Happening.ENDS:
+                        now.pop(told.pair, None)
+                    found.append(told)
+        found += [ContactEvent(start, Happening.ENDS, *pair) for pair in touching if pair not in now]
+        touching = dict.fromkeys(now, 0.0)
+    order = list(Happening)
+    found = _without_flicker(found)
+    return sorted(found, key=lambda event: (event.time, order.index(event.happening), event.push))
+
+
+def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
+    """``events`` without those that are undone at once."""
+    ends = (Happening.BEGINS, Happening.ENDS)
+    kept: list[ContactEvent] = []
+    last: dict[Pair, int] = {}
+    gone: set[int] = set()
+    for event in sorted(events, key=lambda event: event.time):
+        place = last.get(event.pair)
+        if event.happening in ends and place is not None and place not in gone:
+            before = kept[place]
+            if before.happening is not event.happening and event.time - before.time <= CONTACT_FLICKERS:
+                gone.add(place)
+                del last[event.pair]
+                continue
+        if event.happening in ends:
+            last[event.pair] = len(kept)
+        kept.append(event)
+    return [event for place, event in enumerate(kept) if place not in gone]
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Something that happens at ``time`` between what pushes: the ``event`` is "begins", "ends", "changes" (it goes on
+    at another place of the same outlines) or "jams". ``things``: the names of the two whose outlines touch; nothing for
+    another inequality. ``statement``: that which pushes. `Motion.contacts` lists them.
+
+    >>> import movimentum as mv
+    >>> text = "A : .disc(5) C=[0,0]; B : .disc(5) C=[30,0]; @0 A.C=[10*.t,0]; B.C=[x,0]; .gap(A, B) >= 0 .pushes; @4"
+    >>> [(each.event, each.things, round(each.time, 9)) for each in mv.loads(text).solve().contacts]
+    [('begins', ('A', 'B'), 2.0)]
+    """
+
+    time: float
+    event: str
+    things: tuple[str, ...]
+    statement: str
+
+
+def contacts(motion: PathMotion) -> list[Contact]:
+    """All of them, in order of time."""
+    scene = motion.timeline.scene
+    spans = {item.number: item.span for item in scene.constraints()}
+
+    def said(number: int) -> str:
+        span = spans.get(number)
+        return "" if span is None else " ".join(scene.source.slice(span).split())
+
+    return [
+        Contact(
+            event.time,
+            str(event.happening),
+            () if event.things is None else tuple(scene.things[t].name for t in event.things),
+            said(event.push),
+        )
+        for event in contact_events(motion)
+    ]

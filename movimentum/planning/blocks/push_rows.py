@@ -1,0 +1,72 @@
+"""The rows of a block that is pushed, besides its equations."""
+
+from __future__ import annotations
+
+from movimentum.outlines.skin import Skin
+from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.lowering.body_frames import BodyFrame
+from movimentum.records import dataclass
+from movimentum.scene.model import GapSide, Thing, Toward
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GapRow:
+    """Two outlines that must not overlap: ``push`` is the place of their inequality among those of the block."""
+
+    push: int
+    first: SkinBody
+    second: SkinBody
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkinBody:
+    """A ``side`` of a gap with its ``skin``, in the ``frame`` of its thing (one of ``things``, by number): the numbers
+    of the unknowns of its pose (x, y, cosine, sine), or the values ``still`` where it has none.
+    """
+
+    side: GapSide
+    things: tuple[Thing, ...]
+    frame: BodyFrame
+    skin: Skin
+    numbers: tuple[int | None, int | None, int | None, int | None]
+    still: tuple[float, float, float, float]
+
+    @property
+    def thing(self) -> int:
+        """The number of the thing."""
+        return self.side.thing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PushRows:
+    """The inequalities that push a block: compiled ``values`` (``count`` of them), and their derivatives ``slopes`` at
+    ``entries`` (inequality, core unknown). ``numbers``: of their constraints.
+
+    Those in ``gaps`` are about outlines: what is added to each distance. Those in ``rates`` say how fast the value must
+    grow at least; ``wanted``: compiled; that rate, 0 for others.
+    """
+
+    count: int
+    values: Compiled
+    slopes: Compiled
+    entries: tuple[tuple[int, int], ...]
+    numbers: tuple[int, ...]
+    gaps: tuple[GapRow, ...]
+    rates: frozenset[int]
+    wanted: Compiled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PullRows:
+    """The wishes below others that draw a block, level by level: compiled ``values`` (``count`` of them), their
+    derivatives ``slopes`` at ``entries`` (value, core unknown).
+
+    ``wishes``: for each its level, its values from a first to an end (not included), where it draws, whether it is an
+    angle, its speed (inf: none), and the number of its constraint.
+    """
+
+    count: int
+    values: Compiled
+    slopes: Compiled
+    entries: tuple[tuple[int, int], ...]
+    wishes: tuple[tuple[int, int, int, Toward, bool, float, int], ...]

@@ -1,0 +1,315 @@
+"""Inequalities that push, and wishes below others: which groups they make one, and the rows of such a block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import ZERO, Expr, substitute, symbol
+from movimentum.outlines.contour import Contour, put_in, slope
+from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of, united
+from movimentum.planning.blocks.kinds import Block, Free, Pushing
+from movimentum.planning.blocks.masses import as_points
+from movimentum.planning.blocks.push_rows import GapRow, PullRows, PushRows, SkinBody
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.lowering.calculus import slopes_of
+from movimentum.planning.lowering.equations import Inequality, Pull, Push, System
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.planning.structure.decompose import Group
+from movimentum.planning.structure.graph import groups as connected
+from movimentum.planning.structure.graph import strong_components
+from movimentum.planning.structure.metric import metric_of
+from movimentum.records import fields, replace
+from movimentum.scene.model import GapSide, Thing
+from movimentum.scene.outlines import pieces_of, rings_of
+from movimentum.things.kinds.sprite import SpriteImage
+
+_POSE = (PoseX, PoseY, PoseCos, PoseSin)
+
+
+def rewritten_pushes(system: System, hanging: Mapping[Expr, Expr], moved: Callable[[Expr], Expr]) -> System:
+    """``system`` with its pushes and pulls about what moves, and not about what is ``hanging`` from that; ``moved``: an
+    expression in what draws anchors, directions instead of angles.
+    """
+    memo = dict(hanging)
+
+    def plain(expr: Expr) -> Expr:
+        return substitute(expr, lambda _: None, dict(memo))
+
+    def reads(push: Push, value: Expr) -> frozenset[int]:
+        return frozenset(symbol_numbers(value)) | (push.reads if push.pairs else frozenset[int]())
+
+    pushes: list[Push] = []
+    for push in system.pushes:
+        value = plain(push.value)
+        rate = None if push.rate is None else plain(push.rate)
+        pushes.append(replace(push, value=value, rate=rate, reads=reads(push, value)))
+    pulls = [
+        replace(
+            pull,
+            values=tuple(map(plain, pull.values)),
+            about=frozenset(symbol_numbers(*(moved(symbol(n)) for n in pull.about))),
+            drawn=tuple(map(moved, pull.values)),
+        )
+        for pull in system.pulls
+    ]
+    return replace(system, pushes=tuple(pushes), pulls=tuple(pulls))
+
+
+def with_pushed(groups: Sequence[Group], system: System) -> tuple[Sequence[Group], bool]:
+    """``groups`` in which what inequalities push, and what wishes below others draw, is together, and whether there is
+    any. Their order is left to the caller.
+    """
+    if not system.pushes and not system.pulls:
+        return groups, False
+    of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
+    depends = [
+        {of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} - {i}
+        for i, group in enumerate(groups)
+    ]
+    loose = _loose(groups, depends)
+    links: list[tuple[int, int]] = []
+    seeds: set[int] = set()
+    for reads in (*(push.reads for push in system.pushes), *(frozenset(_drawn(pull)) for pull in system.pulls)):
+        own = {of[n] for n in reads if n in of and of[n] in loose}
+        own |= _behind(own, groups, depends, loose)
+        order = sorted(own)
+        seeds |= own
+        links.extend((order[0], other) for other in order[1:])
+    if not seeds:
+        return groups, False
+    members = list(range(len(groups)))
+    part = {i: k for k, some in enumerate(connected(len(groups), links)) for i in some}
+    for _ in members:  # what lies between two of one part belongs to it
+        count = max(part.values()) + 1
+        after: list[set[int]] = [set() for _ in range(count)]
+        for i in members:
+            after[part[i]] |= {part[k] for k in depends[i]} - {part[i]}
+        loops = [some for some in strong_components([sorted(each) for each in after]) if len(some) > 1]
+        if not loops:
+            break
+        for some in loops:
+            inside = [i for i in members if part[i] in some]
+            part.update(dict.fromkeys(inside, some[0]))
+    whole: dict[int, list[int]] = {}
+    for i in members:
+        whole.setdefault(part[i], []).append(i)
+    result: list[Group] = []
+    for some in whole.values():
+        if not seeds.intersection(some):
+            result.extend(groups[i] for i in some)
+            continue
+        unknowns = tuple(sorted(n for i in some for n in groups[i].unknowns))
+        equations = tuple(sorted(e for i in some for e in groups[i].equations))
+        result.append(Group(unknowns, equations, free=True, pushed=True))
+    return result, True
+
+
+def read_by(group: Group, system: System) -> set[int]:
+    """The unknowns that the inequalities and the wishes of a pushed group read."""
+    members = set(group.unknowns)
+    found: set[int] = set()
+    for push in system.pushes:
+        if members & push.reads:
+            found |= push.reads | (set() if push.rate is None else symbol_numbers(push.rate))
+    for pull in system.pulls:
+        if members & _drawn(pull):
+            found |= _drawn(pull)
+    return found
+
+
+def _drawn(pull: Pull) -> set[int]:
+    return symbol_numbers(*pull.values, *pull.drawn)
+
+
+def _loose(groups: Sequence[Group], depends: Sequence[set[int]]) -> set[int]:
+    """The groups with freedom, and those that depend on one."""
+    loose = {i for i, group in enumerate(groups) if group.free}
+    while True:
+        more = {i for i, others in enumerate(depends) if i not in loose and others & loose}
+        if not more:
+            return loose
+        loose |= more
+
+
+def _behind(own: set[int], groups: Sequence[Group], depends: Sequence[set[int]], loose: set[int]) -> set[int]:
+    """The loose groups that those of ``own`` depend on, as far as groups with freedom."""
+    found: set[int] = set()
+    stack = [i for i in own if not groups[i].free]
+    while stack:
+        for other in depends[stack.pop()] & loose:
+            if other not in found:
+                found.add(other)
+                if not groups[other].free:
+                    stack.append(other)
+    return found
+
+
+def selecting(system: System, groups: Sequence[Group]) -> System:
+    """``system`` in which what pushes nothing, because it is about what is driven, is an inequality that must hold."""
+    inside = {n for group in groups if group.pushed for n in group.unknowns}
+    more = tuple(
+        Inequality(push.value, push.constraint, pushes=True)
+        for push in system.pushes
+        if push.rate is None and not push.pairs and inside.isdisjoint(push.reads)
+    )
+    return replace(system, selectors=(*system.selectors, *more)) if more else system
+
+
+# --- a block
+
+
+def pushed(block: Block, system: System, clocks: Clocks, size: float) -> Block:
+    """A free ``block`` with the inequalities that push it and the wishes that draw it; ``size``: the scene's. It is
+    followed even if nothing moves: what it is told may contradict itself.
+    """
+    if not isinstance(block, Free):
+        return block
+    members = set(block.unknowns)
+    pushes = [push for push in system.pushes if members & push.reads]
+    pulls = sorted((pull for pull in system.pulls if members & _drawn(pull)), key=lambda pull: pull.level)
+    rows = _push_rows(pushes, block, system, clocks)
+    drawn = _pull_rows(pulls, block, clocks)
+    metric = metric_of(system, block.core, lambda t: _points(system, t, size))
+    said = [push.value for push in pushes] + [push.rate for push in pushes if push.rate is not None]
+    said += [value for pull in pulls for value in (*pull.values, *pull.drawn)]
+    reads = symbol_numbers(*said) | {
+        n for gap in rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None
+    }
+    known = (reads | set(metric.coupled)) - members
+    given: dict[str, Any] = {each.name: getattr(block, each.name) for each in fields(block)}
+    given |= {"metric": metric, "identity": 0, "inputs": block.inputs | known, "moving": True}
+    return Pushing(**given, pushes=rows, pulls=drawn)
+
+
+def _push_rows(pushes: Sequence[Push], block: Free, system: System, clocks: Clocks) -> PushRows:
+    values = [push.value for push in pushes]
+    entries, slopes = slopes_of(values, block.core)
+    wanted = [ZERO if push.rate is None else push.rate for push in pushes]
+    bodies: dict[GapSide, SkinBody] = {}
+
+    def body(side: GapSide) -> SkinBody:
+        if side not in bodies:
+            bodies[side] = _body(system, side)
+        return bodies[side]
+
+    gaps = tuple(GapRow(k, body(first), body(second)) for k, push in enumerate(pushes) for first, second in push.pairs)
+    return PushRows(
+        len(pushes),
+        compiled(values, clocks),
+        compiled(slopes, clocks),
+        tuple(entries),
+        tuple(push.constraint for push in pushes),
+        gaps,
+        frozenset(k for k, push in enumerate(pushes) if push.rate is not None),
+        compiled(wanted, clocks),
+    )
+
+
+def _pull_rows(pulls: Sequence[Pull], block: Free, clocks: Clocks) -> PullRows:
+    values = [value for pull in pulls for value in pull.values]
+    entries: list[tuple[int, int]] = []
+    slopes: list[Expr] = []
+    wishes: list[tuple[int, int, int, Any, bool, float, int]] = []
+    levels = {level: k for k, level in enumerate(sorted({pull.level for pull in pulls}))}
+    first = 0
+    for pull in pulls:
+        stop = first + len(pull.values)
+        own, their = slopes_of(pull.drawn, block.core)
+        for (i, j), rate in zip(own, their, strict=True):
+            if block.core[j] in pull.about:
+                entries.append((first + i, j))
+                slopes.append(rate)
+        wishes.append((levels[pull.level], first, stop, pull.toward, pull.turns, pull.speed or inf, pull.constraint))
+        first = stop
+    return PullRows(len(values), compiled(values, clocks), compiled(slopes, clocks), tuple(entries), tuple(wishes))
+
+
+def _body(system: System, side: GapSide) -> SkinBody:
+    """A side of a gap, in the frame of its thing."""
+    thing = system.scene.things[side.thing]
+    frame = system.frame(side.thing)
+    get = system.number_of.get
+    x, y, c, s = (get(part(side.thing)) for part in _POSE)
+    ax, ay = frame.axis
+    skin = anchor_skin(thing, side.anchor) if side.anchor is not None else thing_skin(thing)
+    local = frame.local((0.0, 0.0))
+    placed = _quick(skin.placed(*local, ax, -ay))
+    ox, oy = frame.origin
+    still = ox - system.shift[0], oy - system.shift[1], ax, ay
+    return SkinBody(side, system.scene.things, frame, placed, (x, y, c, s), still)
+
+
+def _quick(skin: Skin) -> Skin:
+    """``skin`` with its curves' values as compiled code."""
+    if not skin.bends:
+        return skin
+    bends = tuple(replace(bend, quick=_curve(bend.contour)) for bend in skin.bends)
+    return replace(skin, bends=bends)
+
+
+@lru_cache(maxsize=64)
+def _curve(contour: Contour) -> Callable[[FloatArray], FloatArray]:
+    place = symbol(0)
+    roots = [*contour.position, *contour.direction, *map(slope, contour.position), *map(slope, contour.direction)]
+    function = compiled([put_in(root, place) for root in roots], Clocks())
+
+    def values(places: FloatArray) -> FloatArray:
+        found = np.empty((8, *places.shape))
+        with np.errstate(all="ignore"):
+            for k, value in enumerate(function({0: places}, ())):
+                found[k] = value
+        return found
+
+    return values
+
+
+def thing_skin(thing: Thing) -> Skin:
+    """What of a thing may touch, in its local frame."""
+    x, y = thing.anchors[0].local
+    pieces: list[Skin] = []
+    for rings in pieces_of(thing):
+        skins: list[Skin] = []
+        for ring in rings:
+            if isinstance(ring, Contour):
+                skins.append(skin_of(ring).placed(x, y, 1.0, 0.0))
+            else:
+                skins.append(disc_skin(ring.radius, (x, y)))
+        pieces.append(joined_skins(skins))
+    return united(pieces)
+
+
+def anchor_skin(thing: Thing, anchor: int) -> Skin:
+    """One of its anchors, in its local frame."""
+    return disc_skin(0.0, thing.anchors[anchor].local)
+
+
+SMALL = 0.02
+"""Of the scene's size: how large a thing counts that has neither an outline nor two anchors."""
+
+
+def _points(system: System, t: int, size: float) -> list[tuple[float, float, float]]:
+    """Points of a thing, in its frame, that have the mass and the moments of its outline: by them its motion counts."""
+    thing = system.scene.things[t]
+    frame = system.frame(t)
+    return [(*frame.local((x, y)), weight / size**2) for x, y, weight in as_points(moments_of(thing, size))]
+
+
+def moments_of(thing: Thing, size: float) -> tuple[float, float, float, float, float, float]:
+    """How much the motion of a thing counts: the area of its outline, or of its picture, or of the line through its
+    anchors; see `outlines.skin.Skin`.
+    """
+    if rings_of(thing):
+        found = thing_skin(thing).moments
+        if found[0] > 0.0:
+            return found
+    if isinstance(thing.own, SpriteImage) and thing.own.image_size is not None:
+        w, h = (side * thing.own.scale for side in thing.own.image_size)
+        return w * h, w / 2.0, h / 2.0, w * h * w * w / 12.0, 0.0, w * h * h * h / 12.0
+    places = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
+    return line_moments(np.array(places), 0.0 if len(set(places)) > 1 else SMALL * size)

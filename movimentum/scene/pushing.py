@@ -1,0 +1,214 @@
+"""What stands behind a statement: `.pushes`, `.weak`, `.speed(…)`, and wishes for the least, the most, or to stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from movimentum.diagnostics import Label, replacement
+from movimentum.expressions import Expr, walk
+from movimentum.records import dataclass, replace
+from movimentum.scene.constants import exact
+from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import ContactPair
+from movimentum.scene.model import AnchorRef, Constraint, Ending, GapSide, Relation
+from movimentum.scene.resolve import ResolvedStatement
+from movimentum.source import Span
+from movimentum.syntax.expression_tree import Call, Comparison
+from movimentum.syntax.tree import Option, Statement, Text, Toward
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """See the fields of `Constraint`."""
+
+    speed: float | None = None
+    pushes: bool = False
+    toward: Toward = Toward.VALUE
+    weakness: int = 0
+
+
+def manner_of(statement: Statement, findings: Findings) -> Manner:
+    """What the options of a statement say. Errors: ``kind/mismatch``, ``name/duplicate``."""
+    seen: set[str] = set()
+    for option in statement.options:
+        if option.name in seen:
+            findings.error(
+                "name/duplicate",
+                f"`.{option.name}` is stated twice",
+                option.span,
+                helps=(replacement("leave one of them out", option.span, ""),),
+            )
+            return Manner()
+        seen.add(option.name)
+    return Manner(
+        _speed(statement, findings),
+        _pushes(statement, findings),
+        statement.toward,
+        _weakness(statement, findings),
+    )
+
+
+def _wish(statement: Statement, option: Option, what: str, findings: Findings) -> bool:
+    """Whether it is a wish, which alone can have ``option``."""
+    if statement.comparison is Comparison.WISH:
+        return True
+    span = option.arguments[0].span if option.name == "speed" else option.span
+    findings.error("kind/mismatch", f"only a wish can {what}", span, helps=("a wish is stated with `~`",))
+    return False
+
+
+def _speed(statement: Statement, findings: Findings) -> float | None:
+    """How fast a wish may be followed; None if nothing limits it."""
+    option = statement.option("speed")
+    if option is None or not _wish(statement, option, "have a speed", findings):
+        return None
+    (argument,) = option.arguments
+    assert not isinstance(argument, Text)
+    value = exact(argument, "a wish's speed", findings)
+    if value is not None and value <= 0:
+        findings.error("kind/mismatch", "a wish's speed must be more than 0", argument.span)
+        return None
+    return None if value is None else float(value)
+
+
+def _weakness(statement: Statement, findings: Findings) -> int:
+    """0 for a wish like others; how far it is below them."""
+    option = statement.option("weak")
+    if option is None or not _wish(statement, option, "be weak", findings):
+        return 0
+    if not option.arguments:
+        return 1
+    (argument,) = option.arguments
+    assert not isinstance(argument, Text)
+    value = exact(argument, "how weak a wish is", findings)
+    if value is None:
+        return 0
+    if value < 1 or value.denominator != 1:
+        findings.error(
+            "kind/mismatch",
+            "how weak a wish is, is told by a whole number from 1 on",
+            argument.span,
+            helps=("`.weak` is `.weak(1)`, and `.weak(2)` is below it",),
+        )
+        return 0
+    return int(value)
+
+
+def _pushes(statement: Statement, findings: Findings) -> bool:
+    option = statement.option("pushes")
+    if option is None:
+        return False
+    if statement.comparison in (Comparison.EQUAL, Comparison.WISH):
+        wish = statement.comparison is Comparison.WISH
+        message = f"{'a wish' if wish else 'an equation'} cannot push: only an inequality does"
+        if not wish:
+            notes = ("an equation holds all along, in both directions",)
+            helps = ("leave `.pushes` out, or write `>=` or `<=`",)
+        else:
+            notes = ("a wish gives way to whatever pushes",)
+            helps = ("leave `.pushes` out; `.weak` puts a wish below all others",)
+        gap = Span(statement.right.span.end, option.span.end)
+        helps = (replacement("leave `.pushes` out", gap, ""), *helps[1:])
+        findings.error("kind/mismatch", message, option.span, notes=notes, helps=helps)
+        return False
+    return True
+
+
+def mannered(constraint: Constraint, manner: Manner, findings: Findings) -> Constraint:
+    """``constraint`` with what its options say. Errors: ``kind/not-yet`` for a rate that cannot push."""
+    made = replace(
+        constraint,
+        speed=manner.speed,
+        pushes=manner.pushes,
+        toward=manner.toward,
+        weakness=manner.weakness,
+    )
+    if made.pushes and _has_rate(*made.left, *made.right) and not is_clutch(made):
+        findings.error(
+            "kind/not-yet",
+            "a rate pushes only on its own, compared with a value without rates",
+            made.span,
+            helps=("write `.d(Wheel.angle) >= 0 .pushes;`",),
+        )
+        return replace(made, pushes=False)
+    return made
+
+
+def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[GapSide, GapSide], ...]:
+    """The outlines of ``.gap(A, B) >= …``, which then push with all their places; nothing for other values.
+
+    Errors (``kind/not-yet``): a gap that is part of a larger expression, or that is to be small.
+    """
+    statement = resolved.statement
+    pairs = {
+        id(node): pair
+        for node in (*resolved.left, *(resolved.right or ()))
+        if isinstance(node, Call) and node.function in ("gap", "on")
+        if isinstance(pair := resolved.meanings.get(id(node)), ContactPair)
+    }
+    if not pairs:
+        return ()
+    call = statement.left
+    if len(pairs) > 1 or id(call) not in pairs or resolved.relation is not Relation.ABOVE:
+        findings.error(
+            "kind/not-yet",
+            "a gap pushes only where it stands alone on the left, and is to be large enough",
+            statement.span,
+            helps=("write `.gap(Pawl, Wheel) >= 0 .pushes;`", "keep things together with an equation or a cord"),
+        )
+        return ()
+    assert isinstance(call, Call)
+    pair = pairs[id(call)]
+    anchors: list[GapSide | None] = []
+    for things, argument in zip((pair.first, pair.second), call.arguments, strict=True):
+        if things is not None:
+            anchors.append(None)
+        elif isinstance(ref := resolved.meanings.get(id(argument)), AnchorRef):
+            anchors.append(GapSide(ref.thing, ref.anchor))
+        else:
+            findings.error(
+                "kind/not-yet",
+                "only things and their anchors push each other",
+                argument.span,
+                helps=("put an anchor there, such as that of a hidden disc",),
+            )
+            return ()
+
+    def side(number: int, thing: int | None) -> GapSide:
+        anchor = anchors[number]
+        if thing is not None:
+            return GapSide(thing)
+        assert anchor is not None
+        return anchor
+
+    return tuple((side(0, first), side(1, second)) for first, second in pair.pairs)
+
+
+def _has_rate(*roots: Expr) -> bool:
+    return any(node.op == "derivative" for node in walk(*roots))
+
+
+def is_clutch(constraint: Constraint) -> bool:
+    """Whether it is about how fast one value changes: ``.d(value) >= rate``."""
+    (left,) = constraint.left
+    return left.op == "derivative" and not _has_rate(left.args[0], *constraint.right)
+
+
+def report_both_kinds(items: Sequence[Constraint | Ending], findings: Findings) -> None:
+    """Errors (``constraint/pushes-and-selects``) where one step states a key that pushes and one that does not."""
+    seen: dict[tuple[int, str, Relation], Constraint] = {}
+    for item in items:
+        if not isinstance(item, Constraint) or item.relation not in (Relation.ABOVE, Relation.BELOW):
+            continue
+        first = seen.setdefault((item.step, item.key, item.relation), item)
+        if first.pushes == item.pushes:
+            continue
+        pushing, plain = (first, item) if first.pushes else (item, first)
+        findings.error(
+            "constraint/pushes-and-selects",
+            f"one step says of `{item.key}` that it pushes, and that it does not",
+            item.span,
+            labels=(Label(pushing.span, "this pushes"), Label(plain.span, "this only selects")),
+            notes=("both have one key, so a later step would replace the one by the other",),
+            helps=(replacement("leave this one out", plain.span, ""), "or let both push"),
+        )

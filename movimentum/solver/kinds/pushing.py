@@ -1,0 +1,120 @@
+"""Blocks in which inequalities push."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Pushing
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.newton import newton
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.scaling import scaled
+from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
+from movimentum.solver.kinds.across import Lift
+from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
+from movimentum.solver.pushing.contacts import Contacts
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.phases import followed
+from movimentum.solver.pushing.start import pushed_apart
+from movimentum.solver.pushing.tracks import Phase, PushTrack
+from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED, PUSH_RANK, PUSH_ROUNDING
+
+NEWTON = NewtonKernel()
+
+
+class PushingKernel(Kernel[Pushing]):
+    """See `Kernel`."""
+
+    def begin(self, start: Beginning, block: Pushing) -> Found:
+        """The pose of a free block, moved as little as possible until it satisfies what pushes."""
+        scale = track_scale(start.plan, block)
+        starts = start.free_start(block, scale)
+        problem = BlockProblem.of(block, start.state, start.instants.clocks, scale).first()
+        found = [pushed_apart(block, problem, x, start.plan.size) for x in starts.solutions]
+        choices = [choice_of(start, block, x) for x in found]
+        return Found(choices, [] if choices else [-np.inf], starts.complete, starts.effort)
+
+    def take(self, start: Beginning, block: Pushing, choice: Choice) -> None:
+        """Set the core, at both instants."""
+        NEWTON.take(start, block, choice)
+
+    def first_track(self, path: Path, block: Pushing, choice: Choice) -> NodeTrack:
+        """The track where a path is one instant long."""
+        return NEWTON.first_track(path, block, choice)
+
+    def follow(self, path: Path, grid: Grid, block: Pushing, choice: Choice, gaps: list[Gap]) -> PushTrack:
+        """The track of a block, phase by phase; where it has no solution is added to ``gaps``."""
+        until = ended(path, block, gaps)
+        with np.errstate(all="ignore"):
+            course = PushCourse(block, path.plan, probe_of(path, block), grid.tau, track_scale(path.plan, block))
+            track = followed(course, np.array(choice.values), grid.tau, until)
+        if track.until < path.end and track.until < until:
+            gaps.append(Gap(track.until, path.end, block.number))
+        return track
+
+    def lifted(self, block: Pushing, lift: Lift) -> dict[str, Any]:
+        """Variants are solved one by one: what happens when differs among them."""
+        raise NotImplementedError("what pushes")
+
+    def evaluate(self, path: Path, block: Pushing, track: Track, state: State, instants: Instants) -> BoolArray | None:
+        """Set the core; returns where there is no solution."""
+        assert isinstance(track, NodeTrack)
+        if not isinstance(track, PushTrack) or not track.phases:
+            return NEWTON.evaluate(path, block, track, state, instants)
+        guess = track.guess(instants.tau).T
+        problem = BlockProblem.of(block, state, instants.clocks, track_scale(path.plan, block))
+        begins = np.array([phase.begin for phase in track.phases])
+        of_phase = np.clip(np.searchsorted(begins, instants.tau, side="right") - 1, 0, len(begins) - 1)
+        x, good = guess.copy(), np.zeros(len(guess), dtype=np.bool_)
+        contacts = Contacts(block)
+        for number in np.unique(of_phase):
+            some = np.nonzero(of_phase == number)[0]
+            own = problem.at(some, len(instants))
+            x[some], good[some] = _on_contacts(contacts, own, guess[some], track.phases[int(number)])
+        for j, n in enumerate(block.core):
+            state[n] = x[:, j]
+        return ~good | (instants.tau > track.until)
+
+
+def _on_contacts(
+    contacts: Contacts, problem: BlockProblem, x: FloatArray, phase: Phase
+) -> tuple[FloatArray, BoolArray]:
+    """The core values (F, n) nearest to ``x`` that satisfy the equations and are held by the contacts of a phase; and
+    whether they do.
+    """
+    kept = [k for k, value in enumerate(phase.at) if not np.isnan(value)]
+    held, wanted = [phase.held[k] for k in kept], np.array([phase.at[k] for k in kept])
+    if not held:
+        found = newton(problem, x, limit=0.1)
+        return found.x, found.converged
+    scale, x = problem.scale, x.copy()
+    going, error = np.arange(len(x)), np.full(len(x), np.inf)
+    best = x.copy()
+    for _ in range(12):
+        some = problem.at(going, len(x))
+        values, slopes = contacts.held(held, some, x[going])
+        residual = np.concatenate([some.residual(x[going]), values - wanted], axis=1)
+        rows = np.concatenate([some.jacobian(x[going]), slopes], axis=1)
+        wide, lengths = scaled(rows, scale)
+        off = np.max(np.abs(residual) / np.maximum(np.max(np.abs(rows) * scale, axis=2), LEAST_DIVISOR), axis=1)
+        off = np.where(np.isfinite(off), off, np.inf)
+        better = off < error[going]
+        best[going[better]] = x[going[better]]
+        go = better & (off > PUSH_ROUNDING) & (off < 0.5 * error[going])
+        error[going] = np.where(better, off, error[going])
+        if not go.any():
+            break
+        own, off_ = wide[go], residual[go] / lengths[go]
+        # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
+        squares = own @ np.swapaxes(own, 1, 2) + PUSH_RANK * np.eye(own.shape[1])
+        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(squares, off_[..., None])
+        going = going[go]
+        x[going] -= scale * step[..., 0]
+    return best, error <= NEWTON_SOLVED

@@ -1,0 +1,168 @@
+"""A block that is pushed, at instants of its path: what moves it, and the way back onto its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.planning.blocks.kinds import Pushing
+from movimentum.planning.plan import Plan
+from movimentum.scene.model import Toward
+from movimentum.solver.block.local import Probe
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.scaling import Damping, null_space, scaled
+from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
+from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
+from movimentum.solver.pushing.law import Instant, Level, without_rounding
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_RESTS_FOR_LONG, PUSH_ROUNDING, RESTORED
+
+KEPT = 8
+"""Instants whose problems are kept."""
+WHOLE = 360.0
+"""Degrees: as a length is to the scene's size, an angle is to a whole turn."""
+
+
+class PushCourse:
+    """A block along its path: everything that is asked of one instant."""
+
+    def __init__(self, block: Pushing, plan: Plan, probe: Probe, nodes: FloatArray, scale: FloatArray) -> None:
+        self.block, self.plan, self.probe, self.scale = block, plan, probe, scale
+        self.contacts = Contacts(block)
+        self.differences = FreeVelocity(block, plan, probe, nodes)
+        self.law: Law = self.differences.law
+        self.closed = PUSH_CLOSED * plan.size
+        self.white, self.units = block.metric.whitening
+        self.unwhite = np.asarray(np.linalg.inv(self.white), dtype=np.float64)
+        self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
+        self.wide = FOLLOWING * field_of(plan.system.scene)
+        spaces = max(min(len(nodes), MOST_NODES) - 1, 1)
+        self.spacing = max(float(nodes[-1] - nodes[0]) / spaces, LEAST_DIVISOR)
+        self._problems: dict[float, BlockProblem] = {}
+        self._last: list[tuple[float, bytes, bool, tuple[PartPair, ...], Instant, Lines]] = []
+
+    # --- an instant
+
+    def at(self, tau: float) -> BlockProblem:
+        """The block's problem at one instant."""
+        found = self._problems.get(tau)
+        if found is None:
+            if len(self._problems) >= KEPT:
+                del self._problems[next(iter(self._problems))]
+            found = self._problems[tau] = self.probe(np.array([tau]))
+        return found
+
+    def instant(self, tau: float, x: FloatArray, contacts: Sequence[PartPair], after: bool = False) -> Instant:
+        """What moves the block at core values ``x`` (n,), where these contacts may hold it."""
+        return self.seen(tau, x, tuple(contacts), after)[0]
+
+    def seen(self, tau: float, x: FloatArray, contacts: tuple[PartPair, ...], after: bool) -> tuple[Instant, Lines]:
+        """An instant, and the contacts there."""
+        for time, core, ahead, some, instant, lines in self._last:
+            if time == tau and ahead == after and some == contacts and core == x.tobytes():
+                return instant, lines
+        block, rows = self.block, self.block.rows
+        coupled, pulls = block.metric.coupled, block.pulls
+
+        def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
+            count = len(repeated)
+            values = problem.completed(repeated) if coupled else {}
+            others = [np.broadcast_to(values[n], count)[:, None] for n in coupled]
+            drawn = np.empty((count, pulls.count))
+            if pulls.count:
+                for k, value in enumerate(pulls.values(problem.values(repeated), problem.clocks)):
+                    drawn[:, k] = value
+            pushes = self.contacts.values(problem, repeated)
+            known = self.contacts.of_known(problem, count)
+            return np.concatenate(
+                [problem.residual(repeated), *others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
+            )
+
+        changes, problem = self.differences.changes(tau, x, read, after)
+        wished = 0 if block.wishes is None else block.wishes.count
+        cuts = np.cumsum([rows, len(coupled), wished, pulls.count, self.contacts.rows.count])
+        want, speeds, drift_, drawn, pushed, known = np.split(changes, cuts)
+        one = x[None]
+        lines = self.contacts.lines(contacts, problem, one)
+        least = -(lines.known @ known)
+        wanted = self.contacts.wanted(problem, one)
+        for k, contact in enumerate(contacts):
+            push = self.contacts.push(contact)
+            least[k] += wanted[push] - pushed[push]
+        instant = Instant(
+            block.metric,
+            problem.jacobian(one)[0],
+            -want,
+            block.metric.pull(speeds) if coupled else None,
+            self._levels(problem, one, drift_, drawn),
+            lines.slopes,
+            least,
+            self.rest,
+        )
+        self._last = [*self._last[-3:], (tau, x.tobytes(), after, contacts, instant, lines)]
+        return instant, lines
+
+    def _levels(self, problem: BlockProblem, x: FloatArray, drift_: FloatArray, drawn: FloatArray) -> list[Level]:
+        """The wishes, and those below them, level by level."""
+        block, law = self.block, self.law
+        found: list[Level] = []
+        if block.wishes is not None:
+            errors, slopes = problem.wishes(x)
+            found.append(Level(slopes[0], law.wished(errors[0], drift_), law.damping))
+        pulls = block.pulls
+        if not pulls.count:
+            return found
+        values = np.array([float(np.squeeze(v)) for v in pulls.values(problem.values(x), problem.clocks)])
+        slopes = np.zeros((pulls.count, x.shape[1]))
+        for (i, j), value in zip(pulls.entries, pulls.slopes(problem.values(x), problem.clocks), strict=True):
+            slopes[i, j] = np.squeeze(value)
+        slopes[~np.isfinite(slopes).all(axis=1)] = 0.0
+        levels: dict[int, tuple[list[FloatArray], list[FloatArray]]] = {}
+        for level, first, stop, toward, turns, speed, _ in pulls.wishes:
+            if toward is Toward.STAY:
+                want = -drawn[first:stop]
+            elif toward is Toward.VALUE:
+                want = -drawn[first:stop] - FOLLOWING * values[first:stop]
+                now, most = float(np.linalg.norm(want)), min(speed, law.fastest)
+                want = want * min(1.0, most / max(now, LEAST_DIVISOR))
+            else:
+                want = np.full(stop - first, -min(speed, FOLLOWING * WHOLE if turns else self.wide))
+            rows, wants = levels.setdefault(level, ([], []))
+            rows.append(slopes[first:stop])
+            wants.append(want)
+        damping = Damping(near=law.damping.near, far=law.damping.far)
+        found += [Level(np.concatenate(r), np.concatenate(w), damping) for _, (r, w) in sorted(levels.items())]
+        return found
+
+    # --- on its equations
+
+    def restored(
+        self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float]
+    ) -> tuple[FloatArray, bool, FloatArray]:
+        """The core values nearest to ``x`` (n,) that satisfy the equations, and have these contacts ``at`` these
+        values; whether they do; and the directions (n, f), whitened, that are left free there.
+        """
+        problem = self.at(tau)
+        kept = [k for k in range(len(contacts)) if not np.isnan(at[k])]
+        some, wanted = [contacts[k] for k in kept], np.array([at[k] for k in kept])
+        best, found, free = np.inf, x, np.eye(len(x))
+        for _ in range(14):
+            lines = self.contacts.lines(some, problem, x[None])
+            residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
+            rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
+            wide, lengths = scaled((rows @ self.white)[None], np.ones(len(x)))
+            if not (np.isfinite(wide).all() and np.isfinite(residual).all()):
+                return found, False, free
+            plain = np.maximum(np.max(np.abs(rows) * self.scale, axis=1), LEAST_DIVISOR)
+            error = float(np.max(np.abs(residual) / plain, initial=0.0))
+            if not error < 0.5 * best:
+                if error < best:
+                    found, best = x, error
+                break
+            found, best = x, error
+            _, free, inverse = null_space(wide[0])
+            if error <= PUSH_ROUNDING:
+                break
+            x = x - without_rounding(self.white @ (inverse @ (residual / lengths[0])), self.units)
+        return found, best <= RESTORED, free

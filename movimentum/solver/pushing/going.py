@@ -1,0 +1,194 @@
+"""The motion of a phase, in which the same contacts hold: how it goes on, and why it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
+from movimentum.solver.block.linearization import Tangent
+from movimentum.solver.pushing.contacts import RATE, PartPair
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.law import Instant, held, moved, openings
+from movimentum.solver.pushing.programs import Rows, numbered
+from movimentum.solver.pushing.steps import PhaseStep
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
+
+FIRST_STEP = 0.25
+"""Of the time between two nodes."""
+TURN = 0.15
+"""Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
+one's size:
+"""
+WAY = 0.5
+
+
+@dataclass(slots=True, eq=False)
+class Seen:
+    """Why a phase ends."""
+
+    tau: float
+    left: frozenset[PartPair] = frozenset()
+    opened: frozenset[PartPair] = frozenset()
+    jammed: tuple[PartPair, ...] = ()
+
+
+class Going:
+    """The motion of a phase: `Integrable` and `Watch`."""
+
+    first = FIRST_STEP
+
+    def __init__(
+        self, course: PushCourse, tau: float, contacts: Sequence[PartPair], which: Rows, at: Sequence[float]
+    ) -> None:
+        """``contacts`` are those that touch, ``which`` of them hold, at the values ``at``."""
+        self.course, self.tau = course, tau
+        self.touching = tuple(contacts)
+        self.which = which
+        self.held = tuple(self.touching[k] for k in numbered(which))
+        self.at = tuple(at)
+        self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(numbered(which)))
+        self.free = np.eye(len(course.block.core))
+        self.event: Seen | None = None
+
+    # --- Integrable
+
+    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
+        """See `Integrable`."""
+        return held(self.course.instant(tau, x, self.touching, after), self.which)
+
+    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
+        """See `Integrable`."""
+        found, good, self.free = self.course.restored(tau, x, self.held, self.at)
+        return found, good, tangent  # type: ignore[return-value]
+
+    # --- Watch
+
+    def undetermined(self, difference: FloatArray) -> FloatArray:
+        """See `Watch`."""
+        course = self.course
+        return course.white @ (self.free @ (self.free.T @ (course.unwhite @ difference)))
+
+    def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
+        """See `Watch`: outlines that are near move and turn only so much."""
+        found = np.inf
+        contacts = self.course.contacts
+        if not contacts.rows.gaps:
+            return found
+        now = self._poses(tau, x)
+        ahead = PUSH_LOOK * self.course.spacing
+        later = self._poses(tau + ahead, x + ahead * rate)
+        for g, gap in enumerate(contacts.rows.gaps):
+            speeds: list[float] = []
+            turns: list[float] = []
+            middles: list[tuple[float, float, float]] = []
+            for side, (a, b) in enumerate(zip(now[g], later[g], strict=True)):
+                mx, my, radius = contacts.around[g][side]
+                places = [(float(p[0] + p[2] * mx - p[3] * my), float(p[1] + p[3] * mx + p[2] * my)) for p in (a, b)]
+                turn = abs(float(a[2] * b[3] - a[3] * b[2])) / ahead
+                speeds.append(math.dist(*places) / ahead)
+                turns.append(turn)
+                middles.append((*places[0], radius))
+            (ax, ay, ar), (bx, by, br) = middles
+            apart = float(np.hypot(ax - bx, ay - by)) - ar - br
+            fast = max(sum(speeds), LEAST_DIVISOR)
+            near = TURN / max(*turns, LEAST_DIVISOR)
+            if gap.first.skin.bends or gap.second.skin.bends:
+                near = min(near, WAY * min((size for size in (ar, br) if size > 0.0), default=ar) / fast)
+            found = min(found, max(apart, 0.0) / fast + near)
+        return float(found)
+
+    def _poses(self, tau: float, x: FloatArray) -> list[tuple[Sequence[float], Sequence[float]]]:
+        there = self.course.at(tau).values(x[None])
+        contacts = self.course.contacts
+        return [
+            (contacts.pose(gap.first, there), contacts.pose(gap.second, there))  # type: ignore[misc]
+            for gap in contacts.rows.gaps
+        ]
+
+    def seen(
+        self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
+    ) -> tuple[float, FloatArray, FloatArray] | None:
+        """See `Watch`."""
+        step = PhaseStep(self.course, self.held, self.at, begin, end)
+        first = end[0]
+        why = ""
+        for what, tau in (("closes", step.closes()), ("leaves", step.leaves())):
+            if tau is not None and tau < first:
+                first, why = tau, what
+            elif tau is not None and tau == first and not why:
+                why = what
+        last = end[1] if first == end[0] else step.at(first)
+        opened = self._opens(first, last)
+        if opened is not None:
+            first, last = self._first_opening(step, first)
+            opened = self._opens(first, last) or opened
+        if opened is None and not why:
+            return None
+        jammed = () if opened is None else opened[1]
+        gone = frozenset[PartPair]() if opened is None else opened[0]
+        left = frozenset(step.left(first, last)) if why == "leaves" and opened is None else frozenset[PartPair]()
+        self.event = Seen(first, left, gone, jammed)
+        return first, last, self.velocity(first, last)
+
+    def _opens(self, tau: float, x: FloatArray) -> tuple[frozenset[PartPair], tuple[PartPair, ...]] | None:
+        """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
+        hold too, there is none of both.)
+        """
+        now = self._now(tau, x)
+        found = moved(now, self.which)
+        if found.v is None:
+            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
+        open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
+        if not open_ and not set(numbered(found.holds)) - set(numbered(self.which)):
+            return None
+        if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
+            return None  # what holds besides is not needed
+        return frozenset(self.touching[k] for k in open_), ()
+
+    def _now(self, tau: float, x: FloatArray) -> Instant:
+        """The instant, without contacts that have opened since the phase began."""
+        now, lines = self.course.seen(tau, x, self.touching, False)
+        loose = [k for k, contact in enumerate(self.touching) if contact in self.loose and contact.gap != RATE]
+        gone = [k for k in loose if lines.values[k] > self.course.closed]
+        if not gone:
+            return now
+        least = now.least.copy()
+        least[gone] = -np.inf
+        rows = now.pushes.copy()
+        rows[gone] = 0.0
+        least[gone] = 0.0
+        return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
+
+    def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, FloatArray]:
+        """The time from which on something that holds opens, or nothing may move, and the core values there."""
+        good, bad = step.t0, until
+        for _ in range(60):
+            if bad - good <= PUSH_EVENT * step.h:
+                break
+            tau = self._guessed(step, good, bad)
+            if self._opens(tau, step.at(tau)) is None:
+                good = tau
+            else:
+                bad = tau
+        return bad, step.at(bad)
+
+    def _guessed(self, step: PhaseStep, good: float, bad: float) -> float:
+        """Where opening, which grows evenly from zero at first, seems to begin."""
+        middle = 0.5 * (good + bad)
+        first, second = self._opening(step, middle), self._opening(step, bad)
+        if first is None or second is None or not 0.0 < first < second:
+            return middle
+        tau = middle - first * (bad - middle) / (second - first)
+        aside = PUSH_ASIDE * (bad - good)
+        return tau + 0.01 * abs(middle - tau) if good + aside < tau < middle else middle
+
+    def _opening(self, step: PhaseStep, tau: float) -> float | None:
+        found = moved(self._now(tau, step.at(tau)), self.which)
+        if found.v is None:
+            return None
+        held_ = numbered(self.which)
+        return max((float(found.opening[k]) for k in held_), default=None)

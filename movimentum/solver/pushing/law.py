@@ -1,0 +1,256 @@
+"""How things move that are pushed: of all velocities that the equations and the inequalities that touch allow, those
+that follow the wishes; of these, those that follow the wishes below them, level by level; and of these the least.
+
+The unknowns' velocities are measured in the block's metric: v = W y, with W' M W = 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.planning.structure.metric import Metric
+from movimentum.records import dataclass
+from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
+from movimentum.solver.pushing.programs import Rows, shortest
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PUSH_DAMPING,
+    PUSH_HOLDS,
+    PUSH_MOVES,
+    PUSH_RANK,
+    PUSH_RESTS,
+    PUSH_UNSEEN,
+    RANK_OF_ROWS,
+)
+
+NEARLY = 0.1
+"""Of a velocity: how much an exact solution may differ from the one that tells what holds it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Level:
+    """Wishes of one rank: their ``slopes`` (p, n), and how fast their values should change (p,)."""
+
+    slopes: FloatArray
+    want: FloatArray
+    damping: Damping
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instant:
+    """A block at an instant: the rows J v = ``want`` (m, n), the ``pull`` (n,) of what is known (see `Metric.pull`),
+    the ``levels`` of its wishes, the higher ones first, and the k inequalities ``pushes`` (k, n) v >= ``least`` (k,).
+    """
+
+    metric: Metric
+    rows: FloatArray
+    want: FloatArray
+    pull: FloatArray | None
+    levels: Sequence[Level]
+    pushes: FloatArray
+    least: FloatArray
+    rest: float = 0.0
+    """How fast a value may change that stands still, by rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moved:
+    """A velocity ``v`` (n,), how fast each inequality opens (k,), and which of them ``holds`` it. ``tolerance`` (k,):
+    slower is not moving. Where no velocity is allowed, ``v`` is None, and those that hold are the ones that jam.
+    """
+
+    v: FloatArray | None
+    opening: FloatArray
+    holds: Rows
+    tolerance: FloatArray
+
+
+class Whitened:
+    """An instant in the whitened unknowns: everything that is asked of it."""
+
+    def __init__(self, now: Instant, held: Rows) -> None:
+        """``held``: the inequalities that are kept as equations."""
+        self.now = now
+        self.white, self.scale = now.metric.whitening
+        rows = np.concatenate([now.rows, now.pushes[held]])
+        want = np.concatenate([now.want, now.least[held]])
+        wide, lengths = scaled((rows @ self.white)[None], np.ones(len(self.scale)))
+        self.finite = bool(np.isfinite(wide).all() and np.isfinite(want).all())
+        _, self.free, self.inverse = null_space(wide[0])
+        y = self.inverse @ (np.nan_to_num(want) / lengths[0])
+        self.still = np.zeros_like(y) if now.pull is None else self.white.T @ now.pull
+        self.least = y - self.free @ (self.free.T @ self.still)
+        self.pushes = now.pushes @ self.white
+        self.reference = np.linalg.norm(self.pushes, axis=1)
+
+    def followed(self) -> FloatArray:
+        """The y (n,) that follows the wishes level by level, whatever the inequalities say that are not held."""
+        y, free = self.least, self.free
+        for level in self.now.levels:
+            if not free.shape[1]:
+                break
+            slopes = level.slopes @ self.white
+            along = _seen(slopes @ free, slopes)
+            missing = level.want - slopes @ y
+            moves = self.white @ (free @ along.T)
+            gradients = level.slopes * np.where(self.now.metric.weighted, self.scale, 0.0)
+            reach = np.asarray(along @ along.T, dtype=np.float64)
+            change = damped(reach, missing, level.damping, moves / self.scale[:, None], gradients)
+            y = y + free @ (along.T @ change)
+            free = free @ _indifferent(along, slopes)
+        return y
+
+    def lexicographic(self, guess: Rows | None) -> tuple[FloatArray | None, Rows]:
+        """The y (n,) that follows the wishes level by level as far as the inequalities let it, and those that hold it;
+        None, and those that contradict each other, where there is none.
+        """
+        now = self.now
+        y, free = self.least, self.free
+        none = np.zeros(0, dtype=np.intp)
+        holding: list[Rows] = [none]
+        open_ = self._open(free)
+        blocked = np.setdiff1d(np.arange(len(now.least)), open_)
+        lengths = np.maximum(self.reference, LEAST_DIVISOR)
+        lacking = (now.least - self.pushes @ y) / lengths
+        most = max(float(np.max(np.abs(now.least) / lengths, initial=0.0)), float(np.linalg.norm(y)))
+        jams = blocked[lacking[blocked] > np.maximum(PUSH_MOVES * most, now.rest / lengths[blocked])]
+        if len(jams):
+            return None, jams
+        first = shortest(self.pushes[open_] @ free, now.least[open_] - self.pushes[open_] @ y, _places(open_, guess))
+        if first.y is None:
+            return None, open_[first.holding]
+        place = first.y  # in the free directions
+        for level in now.levels:
+            if not free.shape[1]:
+                break
+            slopes = level.slopes @ self.white
+            along = _seen(slopes @ free, slopes)
+            missing = level.want - slopes @ y
+            if not along.any():
+                continue
+            strongest = float(np.max(np.linalg.norm(slopes, axis=1), initial=0.0))
+            reach = np.asarray(along @ along.T, dtype=np.float64)
+            target = along @ (along.T @ damped(reach, missing, level.damping))
+            soft = PUSH_DAMPING * strongest
+            # |along p - target|^2 + soft^2 |p|^2 least: the shortest vector again, about the unhindered place
+            hessian = np.asarray(along.T @ along, dtype=np.float64) + soft * soft * np.eye(free.shape[1])
+            root = np.asarray(np.linalg.cholesky(hessian), dtype=np.float64)
+            centre = np.asarray(np.linalg.solve(hessian, along.T @ target), dtype=np.float64)
+            open_ = self._open(free)
+            there = self.pushes[open_] @ free
+            back = np.asarray(np.linalg.solve(root, there.T), dtype=np.float64).T
+            found = shortest(back, now.least[open_] - self.pushes[open_] @ y - there @ centre)
+            if found.y is None:
+                break
+            holding.append(open_[found.holding])
+            place = centre + np.asarray(np.linalg.solve(root.T, found.y), dtype=np.float64)
+            left = _indifferent(along, slopes)
+            y = y + free @ (place - left @ (left.T @ place))
+            place = left.T @ place
+            free = free @ left
+        open_ = self._open(free)
+        found = shortest(self.pushes[open_] @ free, now.least[open_] - self.pushes[open_] @ y, _places(open_, guess))
+        if found.y is not None:
+            place = found.y
+            holding.append(open_[found.holding])
+        y = y + free @ place
+        return y, np.unique(np.concatenate(holding)).astype(np.intp)
+
+    def _open(self, free: FloatArray) -> Rows:
+        """The inequalities that have a say in what is free."""
+        seen = np.linalg.norm(self.pushes @ free, axis=1) > PUSH_UNSEEN * self.reference
+        return np.nonzero(seen)[0]
+
+
+def _places(some: Rows, guess: Rows | None) -> Rows | None:
+    """Where among ``some`` those of the ``guess`` are."""
+    return None if guess is None else np.nonzero(np.isin(some, guess))[0]
+
+
+def _seen(along: FloatArray, slopes: FloatArray) -> FloatArray:
+    """The values' slopes ``along`` what is free, without those that are rounding."""
+    seen = np.linalg.norm(along, axis=1) > PUSH_UNSEEN * np.linalg.norm(slopes, axis=1)
+    return np.where(seen[:, None], along, 0.0)
+
+
+def _indifferent(along: FloatArray, slopes: FloatArray) -> FloatArray:
+    """The free directions (n, k) that values do not see: ``along`` are their ``slopes`` in these."""
+    lengths = np.linalg.norm(along, axis=1)
+    seen = lengths > PUSH_UNSEEN * np.linalg.norm(slopes, axis=1)
+    return null_space(along[seen] / lengths[seen, None], RANK_OF_ROWS)[1]
+
+
+def held(now: Instant, which: Rows) -> FloatArray:
+    """The velocity (n,) with the inequalities ``which`` kept as equations, and no others."""
+    linear = Whitened(now, which)
+    if not linear.finite:
+        return np.full(len(linear.scale), np.nan)
+    return without_rounding(linear.white @ linear.followed(), linear.scale)
+
+
+def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
+    """``v`` (n,) without what rounding makes of a zero beside what is large: what nothing moves stays."""
+    size = np.abs(v) / scale
+    return np.where(size > PUSH_RESTS * float(np.max(size, initial=0.0)), v, 0.0)
+
+
+def moved(now: Instant, guess: Rows | None = None) -> Moved:
+    """The velocity that all inequalities allow; ``guess``: which of them may hold it."""
+    none = np.zeros(0, dtype=np.intp)
+    free = Whitened(now, none)
+    if not free.finite:
+        nowhere = np.full(len(now.least), np.nan)
+        return Moved(np.full(len(free.scale), np.nan), nowhere, none, nowhere)
+    lengths = np.maximum(free.reference, LEAST_DIVISOR)
+    demanded = float(np.max(np.abs(now.least) / lengths, initial=0.0))
+
+    def judged(y: FloatArray, holds: Rows) -> Moved:
+        tolerance = np.maximum(PUSH_MOVES * max(float(np.linalg.norm(y)), demanded), now.rest / lengths)
+        return Moved(free.white @ y, (free.pushes @ y - now.least) / lengths, holds, tolerance)
+
+    def allowed(found: Moved) -> bool:
+        return bool((found.opening >= -found.tolerance).all())
+
+    if guess is not None and len(guess) and not now.levels and (y := _as_guessed(free, guess)) is not None:
+        found = judged(y, guess)
+        if allowed(found):
+            return found
+    found = judged(free.followed(), none)
+    if allowed(found):
+        return found
+    y, holding = free.lexicographic(guess)
+    if y is None:
+        return Moved(None, found.opening, holding, found.tolerance)
+    again = Whitened(now, holding).followed()
+    found = judged(again, holding)
+    near = float(np.linalg.norm(again - y)) <= NEARLY * float(np.linalg.norm(y))
+    return found if near and allowed(found) else judged(y, holding)
+
+
+def _as_guessed(linear: Whitened, guess: Rows) -> FloatArray | None:
+    """The least y (n,) with just the inequalities of the ``guess`` holding it; None where one of them would pull."""
+    rows = linear.pushes[guess] @ linear.free
+    lacking = linear.now.least[guess] - linear.pushes[guess] @ linear.least
+    lengths = np.linalg.norm(rows, axis=1)
+    if not (lengths > 0.0).all():
+        return None
+    unit = rows / lengths[:, None]
+    forces = np.asarray(np.linalg.lstsq(unit @ unit.T, lacking / lengths, rcond=PUSH_RANK)[0], dtype=np.float64)
+    if (forces < -PUSH_HOLDS * float(np.max(np.abs(forces), initial=0.0))).any():
+        return None
+    return linear.least + linear.free @ (unit.T @ forces)
+
+
+def openings(now: Instant, v: FloatArray) -> FloatArray:
+    """How fast each inequality opens (k,), in the metric's units, with a velocity ``v`` (n,)."""
+    white, _ = now.metric.whitening
+    lengths = np.linalg.norm(now.pushes @ white, axis=1)
+    return (now.pushes @ v - now.least) / np.maximum(lengths, LEAST_DIVISOR)
+
+
+def stopped(holds: Rows, opening: FloatArray, tolerance: FloatArray) -> Rows:
+    """Those that hold, and those that do not open."""
+    return np.union1d(holds, np.nonzero(opening <= tolerance)[0]).astype(np.intp)

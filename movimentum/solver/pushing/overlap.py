@@ -1,0 +1,145 @@
+"""Whether outlines that push each other overlap from the beginning, how deep, and where one of them would be free."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr, const, substitute, symbol
+from movimentum.planning.blocks.push_rows import GapRow, SkinBody
+from movimentum.planning.lowering.body_frames import BodyFrame
+from movimentum.records import dataclass
+from movimentum.scene.contact import contact_value
+from movimentum.scene.leaves import ContactPair
+from movimentum.scene.model import AnchorCoordinate, ThingAngle
+from movimentum.solver.pushing.contacts import Contacts
+from movimentum.timeline.joints import value_at
+from movimentum.tolerances import PUSH_HOLDS, PUSH_LOOK
+
+Placed = tuple[float, float, float]
+"""The place of a thing's first anchor in the world, and how far it is turned (degrees)."""
+TRIES = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Overlapping:
+    """Two ``things`` that overlap by ``depth``; ``push``: the number of the constraint. ``free``: where the first
+    anchor of thing ``moved`` would be, if that were moved out the shortest way.
+    """
+
+    push: int
+    things: tuple[int, int]
+    depth: float
+    moved: int | None
+    free: tuple[float, float] | None
+
+
+def overlapping(
+    contacts: Contacts, there: Mapping[int, FloatArray], margins: FloatArray, least: float
+) -> list[Overlapping]:
+    """The gaps of a block that are deeper than ``least`` at one instant: ``there`` are the values by number,
+    ``margins`` (K,) those of the inequalities.
+    """
+    found: list[Overlapping] = []
+    for g, gap in enumerate(contacts.rows.gaps):
+        one, other = (contacts.pose(body, there) for body in (gap.first, gap.second))
+        (ax, ay, ar), (bx, by, br) = contacts.around[g]
+        a = one[0] + one[2] * ax - one[3] * ay, one[1] + one[3] * ax + one[2] * ay
+        b = other[0] + other[2] * bx - other[3] * by, other[1] + other[3] * bx + other[2] * by
+        margin = float(margins[gap.push])
+        if math.dist((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))) + margin > ar + br:
+            continue
+        value = WholeGap(gap)
+        places = [value.placed(body, tuple(map(float, pose))) for body, pose in ((gap.first, one), (gap.second, other))]
+        depth = -(value.at(*places) + margin)
+        if depth <= least:
+            continue
+        side = next((k for k, body in enumerate((gap.first, gap.second)) if _is_free(contacts, body)), None)
+        free = None if side is None else value.freed(places, side, margin)
+        things = gap.first.thing, gap.second.thing
+        moved = None if side is None else things[side]
+        found.append(Overlapping(contacts.rows.numbers[gap.push], things, depth, moved, free))
+    return sorted(found, key=lambda item: -item.depth)
+
+
+def _is_free(contacts: Contacts, body: SkinBody) -> bool:
+    return any(n in contacts.place for n in body.numbers[:2] if n is not None)
+
+
+def _point(body: SkinBody) -> tuple[Expr, Expr] | None:
+    """The coordinates of a side that is an anchor."""
+    anchor = body.side.anchor
+    if anchor is None:
+        return None
+    x, y = (symbol(AnchorCoordinate(body.thing, anchor, axis)) for axis in (0, 1))
+    return x, y
+
+
+class WholeGap:
+    """The distance of two outlines over the whole of both, wherever they are."""
+
+    def __init__(self, gap: GapRow) -> None:
+        self.gap = gap
+        bodies = gap.first, gap.second
+        points = [_point(body) for body in bodies]
+        first, second = ((body.thing,) if point is None else None for body, point in zip(bodies, points, strict=True))
+        pair = ContactPair(first, second)
+        self.things = gap.first.things
+        (self.value,) = contact_value("gap", pair, points, self.things)
+
+    def placed(self, body: SkinBody, pose: Sequence[float]) -> Placed:
+        """A pose of its frame as one of the thing."""
+        x, y, c, s = pose
+        frame: BodyFrame = body.frame
+        cosine, sine = frame.to_thing(c, s)
+        first = self.things[body.thing].anchors[0].local
+        dx, dy = frame.local(first)
+        return x + c * dx - s * dy, y + s * dx + c * dy, math.degrees(math.atan2(sine, cosine))
+
+    def at(self, one: Placed, other: Placed) -> float:
+        """The distance with things placed so."""
+        places = {self.gap.first.thing: one, self.gap.second.thing: other}
+
+        def leaf(node: Expr) -> Expr | None:
+            match node.payload:
+                case AnchorCoordinate(thing, anchor, axis):
+                    x, y, turn = places[thing]
+                    first, own = (self.things[thing].anchors[k].local for k in (0, anchor))
+                    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+                    dx, dy = own[0] - first[0], own[1] - first[1]
+                    return const(x + c * dx - s * dy if axis == 0 else y + s * dx + c * dy)
+                case ThingAngle(thing):
+                    return const(places[thing][2])
+                case _:
+                    return None
+
+        found = value_at(substitute(self.value, leaf), Fraction(0))
+        return math.nan if found is None else found
+
+    def freed(self, places: list[Placed], side: int, margin: float) -> tuple[float, float] | None:
+        """Where the first anchor of one side would be, if that were moved out; None where that is not found."""
+        places = list(places)
+        size = max(1.0, *(abs(v) for v in places[side][:2]))
+        for _ in range(TRIES):
+            value = self.at(*places) + margin
+            if value >= -PUSH_HOLDS * size:
+                return places[side][0], places[side][1]
+            step = PUSH_LOOK * size
+            slope: list[float] = []
+            for axis in (0, 1):
+                moved = list(places[side])
+                moved[axis] += step
+                there = list(places)
+                there[side] = (moved[0], moved[1], moved[2])
+                slope.append((self.at(*there) + margin - value) / step)
+            length = math.hypot(*slope)
+            if not 0.1 < length < np.inf:
+                return None
+            x, y, turn = places[side]
+            far = -value + PUSH_HOLDS * size
+            places[side] = x + far * slope[0] / length, y + far * slope[1] / length, turn
+        return None

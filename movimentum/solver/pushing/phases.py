@@ -1,0 +1,188 @@
+"""Following a block that is pushed: phases in which the same contacts hold it, and the events between them.
+
+In a phase what holds is kept as equations, and the motion is smooth (`solver.continuation.free_motion`). It ends where
+a value or a gap closes, where a contact leaves one of its parts, and where it opens: where the velocity that the
+inequalities allow is not that of the equations. Contacts come from the pose before, never from one that is tried, so
+nothing goes through anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.solver.continuation.free_motion import drift
+from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.going import Going
+from movimentum.solver.pushing.law import Instant, moved, stopped
+from movimentum.solver.pushing.overlap import overlapping
+from movimentum.solver.pushing.programs import numbered
+from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
+from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
+
+MOST_EVENTS = 20_000
+AT_ONCE = 60
+"""So many phases in a row that lead nowhere: contacts that accumulate."""
+
+
+def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float) -> PushTrack:
+    """The track of a block from core values ``x`` (n,) at the first node on."""
+    tau = float(nodes[0])
+    end = min(until, float(nodes[-1]))
+    parts: list[NodeTrack] = []
+    phases: list[Phase] = []
+    events: list[Event] = []
+    stands = 0
+    left: frozenset[PartPair] = frozenset()
+    opened: frozenset[PartPair] = frozenset()
+    before: tuple[PartPair, ...] = ()
+    why, jammed = PushEnd.NONE, ()
+    contacts = course.contacts
+    wrong = _wrong_at_once(course, tau, x)
+    if wrong is not None:
+        return wrong
+    touching = contacts.touching(course.at(tau), x[None], course.closed)
+    while True:
+        going, blocked = _begun(course, tau, x, touching, left, opened)
+        if going is None:
+            why, jammed = PushEnd.JAM, blocked
+            events += _changes(contacts, before, touching, tau)
+            break
+        phases.append(Phase(tau, going.held, going.at))
+        events += _changes(contacts, before, going.held, tau)
+        before = going.held
+        if len(phases) > MOST_EVENTS or stands > AT_ONCE:
+            why = PushEnd.BUDGET
+            break
+        if tau >= end:
+            break
+        grid = np.concatenate([[tau], nodes[nodes > tau]])
+        part = drift(going, x, course.scale, grid, end, FREE_MOTION_STEP, watch=going)
+        parts.append(part)
+        event = going.event
+        if event is None:
+            if part.until < end:
+                why = PushEnd.LOST
+            tau, x = part.until, part.values[-1]
+            break
+        stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
+        tau, x = event.tau, part.values[-1]
+        left, opened = event.left, event.opened
+        if event.jammed:
+            why, jammed = PushEnd.JAM, event.jammed
+            break
+        touching = contacts.touching(course.at(tau), x[None], course.closed)
+        touching = list(dict.fromkeys([*touching, *going.held]))
+    reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
+    told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
+    if why is PushEnd.JAM:
+        events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+
+
+def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
+    """The track that goes nowhere, where the pose to begin with is none: an inequality does not hold, or outlines
+    overlap.
+    """
+    contacts = course.contacts
+    problem = course.at(tau)
+    values = contacts.values(problem, x[None])[0]
+    size = course.plan.size
+    broken = [contact for contact in contacts.plain if not values[contact.kind] >= -PUSH_OVERLAP * size]
+    deep = overlapping(contacts, problem.values(x[None]), values, PUSH_OVERLAP * size)
+    if not broken and not deep:
+        return None
+    why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
+    if broken:  # those that contradict each other
+        lines = contacts.lines(contacts.plain, problem, x[None])
+        rows = problem.jacobian(x[None])[0]
+        found = moved(Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values))
+        if found.v is None:
+            broken = [contacts.plain[k] for k in numbered(found.holds)]
+    told = tuple((contacts.rows.numbers[contact.kind], None) for contact in broken)
+    still = np.zeros((1, len(x)))
+    nodes = np.array([tau])
+    return PushTrack(nodes, x[None], still, tau, FREE_MOTION_STEP, 0, (), (), why, told, tuple(deep))
+
+
+def _begun(
+    course: PushCourse,
+    tau: float,
+    x: FloatArray,
+    touching: Sequence[PartPair],
+    left: frozenset[PartPair],
+    opened: frozenset[PartPair],
+) -> tuple[Going | None, tuple[PartPair, ...]]:
+    """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``left`` their
+    parts, or have ``opened``; or what jams.
+    """
+    some = [contact for contact in touching if contact not in left]
+    now = course.instant(tau, x, some, after=True)
+    found = moved(now)
+    if found.v is None:
+        return None, tuple(some[k] for k in numbered(found.holds))
+    holds = set(numbered(found.holds))
+    which = [
+        k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
+    ]
+    problem = course.at(tau)
+    values = course.contacts.lines([some[k] for k in which], problem, x[None]).values
+    wanted = course.contacts.wanted(problem, x[None])
+    at: list[float] = []
+    for k, value in zip(which, values, strict=True):
+        contact = some[k]
+        if contact.gap == RATE:
+            still = wanted[contact.kind] == 0.0
+            at.append(float(value) if still else np.nan)
+        else:
+            at.append(0.0)
+    return Going(course, tau, some, np.array(which, dtype=np.intp), at), ()
+
+
+def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[PartPair], tau: float) -> list[Event]:
+    """What begins and ends, pair by pair."""
+
+    def by_pair(some: Iterable[PartPair]) -> dict[tuple[int, tuple[int, int] | None], set[PartPair]]:
+        found: dict[tuple[int, tuple[int, int] | None], set[PartPair]] = {}
+        for contact in some:
+            if contact.gap != RATE:
+                key = contacts.rows.numbers[contacts.push(contact)], contacts.things(contact)
+                found.setdefault(key, set()).add(contact)
+        return found
+
+    old, new = by_pair(before), by_pair(after)
+    found = [Event(tau, Happening.ENDS, *key) for key in old if key not in new]
+    found += [Event(tau, Happening.BEGINS, *key) for key in new if key not in old]
+    found += [Event(tau, Happening.CHANGES, *key) for key in new if key in old and new[key] != old[key]]
+    return found
+
+
+def _joined(
+    parts: Sequence[NodeTrack],
+    tau: float,
+    x: FloatArray,
+    until: float,
+    phases: Sequence[Phase],
+    events: Sequence[Event],
+    end: PushEnd,
+    jammed: Sequence[tuple[int, tuple[int, int] | None]],
+) -> PushTrack:
+    kept = [part for part in parts if len(part.tau)]
+    if not kept:
+        kept = [NodeTrack(np.array([tau]), x[None], np.zeros((1, len(x))), until)]
+    return PushTrack(
+        np.concatenate([part.tau for part in kept]),
+        np.concatenate([part.values for part in kept]),
+        np.concatenate([part.rates for part in kept]),
+        until,
+        FREE_MOTION_STEP,
+        0,
+        tuple(phases),
+        tuple(events),
+        end,
+        tuple(jammed),
+    )

@@ -1,0 +1,104 @@
+"""The quadratic program of a push: of all vectors that inequalities allow, the shortest one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.arrays import FloatArray
+from movimentum.records import dataclass
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_FEASIBLE, PUSH_HOLDS, PUSH_RANK, PUSH_ROUNDING, PUSH_SLOPE
+
+Rows = NDArray[np.intp]
+
+
+def numbered(rows: Rows) -> list[int]:
+    """Their numbers."""
+    found: list[int] = rows.tolist()
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shortest:
+    """``y`` (n,), and the inequalities that hold it (their numbers), which push with ``forces``. Where no vector
+    satisfies all, ``y`` is None, and these are the ones that contradict each other.
+    """
+
+    y: FloatArray | None
+    holding: Rows
+    forces: FloatArray
+
+
+def shortest(rows: FloatArray, least: FloatArray, guess: Rows | None = None) -> Shortest:
+    """The shortest y (n,) with ``rows`` (k, n) y >= ``least`` (k,); ``guess``: which of them may hold it.
+
+    Least distance programming (Lawson & Hanson 1974, *Solving Least Squares Problems*, ch. 23): its dual is a
+    non-negative least squares problem, which bears rows that depend on each other.
+    """
+    none = np.zeros(0, dtype=np.intp)
+    count, n = rows.shape
+    if count == 0 or not (least > 0.0).any():
+        return Shortest(np.zeros(n), none, np.zeros(0))
+    lengths = np.maximum(np.sqrt(np.einsum("kn,kn->k", rows, rows)), LEAST_DIVISOR)
+    unit, wanted = rows / lengths[:, None], least / lengths
+    size = float(np.max(wanted))
+    wanted = wanted / size - PUSH_HOLDS  # those that oppose each other but for rounding
+    matrix = np.concatenate([unit.T, wanted[None]])
+    target = np.zeros(n + 1)
+    target[-1] = 1.0
+    forces = non_negative(matrix, target, guess)
+    residual = matrix @ forces - target
+    holding = np.nonzero(forces > 0.0)[0]
+    if not -residual[-1] > PUSH_FEASIBLE:
+        return Shortest(None, holding, forces[holding])
+    y = -residual[:n] / residual[-1] * size
+    return Shortest(y, holding, forces[holding] / -residual[-1] * size / lengths[holding])
+
+
+def non_negative(matrix: FloatArray, target: FloatArray, guess: Rows | None = None) -> FloatArray:
+    """The x >= 0 (n,) that makes |``matrix`` (m, n) x - ``target``| least (Lawson & Hanson, ch. 23); ``guess``: which
+    may be positive.
+    """
+    n = matrix.shape[1]
+    passive = np.zeros(n, dtype=np.bool_)
+    x = np.zeros(n)
+    if guess is not None and len(guess):
+        some = guess[guess < n]
+        found = _solved(matrix[:, some], target)
+        if (found > 0.0).all():
+            passive[some] = True
+            x[some] = found
+    tolerance = PUSH_SLOPE * float(np.max(np.abs(matrix), initial=1.0)) * max(float(np.max(np.abs(target))), 1.0)
+    barred = np.zeros(n, dtype=np.bool_)
+    for _ in range(3 * n + 10):
+        slope = matrix.T @ (target - matrix @ x)
+        slope[passive | barred] = -np.inf
+        k = int(np.argmax(slope)) if n else 0
+        if n == 0 or not slope[k] > tolerance:
+            break
+        passive[k] = True
+        first = True
+        while True:
+            places = np.nonzero(passive)[0]
+            found = _solved(matrix[:, places], target)
+            if first and found[np.searchsorted(places, k)] <= 0.0:  # it depends on the others, but for rounding
+                passive[k] = False
+                barred[k] = True
+                break
+            first = False
+            low = found <= 0.0
+            if not low.any():
+                x[:] = 0.0
+                x[places] = found
+                barred[:] = False
+                break
+            now = x[places]
+            share = float(np.min(now[low] / np.maximum(now[low] - found[low], LEAST_DIVISOR)))
+            x[places] = now + share * (found - now)
+            passive[places[x[places] <= PUSH_ROUNDING * max(float(np.max(x)), LEAST_DIVISOR)]] = False
+            x[~passive] = 0.0
+    return x
+
+
+def _solved(matrix: FloatArray, target: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.lstsq(matrix, target, rcond=PUSH_RANK)[0], dtype=np.float64)

@@ -1,0 +1,272 @@
+"""One step of a phase: when something comes to touch in it, and when what holds leaves its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from movimentum.arrays import FloatArray, IntArray
+from movimentum.outlines.touching import KINDS, KNOBS, measured
+from movimentum.planning.blocks.push_rows import GapRow
+from movimentum.solver.pushing.contacts import PartPair
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
+
+SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
+"""Where within a step outlines are looked at."""
+BENT = 0.05
+"""Of its length: how far a way in a step is off a straight one."""
+TURNED = 0.3
+"""Radians: so far outside its fan a direction may be at both ends of a part of a step, and inside it between."""
+
+
+class PhaseStep:
+    """One step of a phase, in which the same parts are ``held`` (``at`` these values)."""
+
+    def __init__(
+        self,
+        course: PushCourse,
+        held: tuple[PartPair, ...],
+        at: tuple[float, ...],
+        begin: tuple[float, FloatArray, FloatArray],
+        end: tuple[float, FloatArray, FloatArray],
+    ) -> None:
+        self.course, self.held, self.values = course, held, at
+        (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
+        self.h = self.t1 - self.t0
+        self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
+
+    def between(self, tau: float) -> FloatArray:
+        """The core values (n,) of the cubic through both ends."""
+        w = (tau - self.t0) / self.h
+        a, b, da, db = self.x0, self.x1, self.v0 * self.h, self.v1 * self.h
+        return a + w * (da + w * (3.0 * (b - a) - 2.0 * da - db + w * (2.0 * (a - b) + da + db)))
+
+    def at(self, tau: float) -> FloatArray:
+        """The same, on the equations."""
+        if tau not in self._known:
+            self._known[tau] = self.course.restored(tau, self.between(tau), self.held, self.values)[0]
+        return self._known[tau]
+
+    # --- a value or a gap closes
+
+    def closes(self) -> float | None:
+        """When the first of what does not touch comes to touch."""
+        found = [tau for tau in (self._value_closes(), self._gap_closes()) if tau is not None]
+        return min(found, default=None)
+
+    def _value_closes(self) -> float | None:
+        contacts = self.course.contacts
+        if not contacts.plain:
+            return None
+        holding = set(self.held)
+        open_ = [contact for contact in contacts.plain if contact not in holding]
+        if not open_:
+            return None
+        numbers = [contact.kind for contact in open_]
+        times = self.t0 + self.h * np.array([0.0, *np.linspace(0.125, 1.0, 8)])
+        x = np.stack([self.x0, *(self.between(t) for t in times[1:-1]), self.x1])
+        values = contacts.values(self.course.probe(times), x)[:, numbers]
+        best: float | None = None
+        closed = self.course.closed
+        for k, contact in enumerate(open_):
+            column = values[:, k]
+            for n in range(len(times) - 1):
+                low, high = column[n], column[n + 1]
+                if low > -closed and high < -closed:
+                    value = self._value(contact)
+                    tau = self._root(value, float(times[n]), float(times[n + 1]), low <= closed)
+                    best = tau if best is None else min(best, tau)
+                    break
+        return best
+
+    def _value(self, contact: PartPair) -> Callable[[float], float]:
+        def value(tau: float) -> float:
+            problem = self.course.at(tau)
+            return float(self.course.contacts.lines([contact], problem, self.at(tau)[None]).values[0])
+
+        return value
+
+    def _gap_closes(self) -> float | None:
+        contacts, closed = self.course.contacts, self.course.closed
+        if not contacts.rows.gaps:
+            return None
+        times = [self.t0, *(self.t0 + self.h * share for share in SHARES)]
+        cores = [self.x0, *(self.between(t) for t in times[1:-1]), self.x1]
+        problem, every = self.course.probe(np.array(times)), np.stack(cores)
+        there, margins = problem.values(every), contacts.values(problem, every)
+        holding = set(self.held)
+        best: float | None = None
+        for g, gap in enumerate(contacts.rows.gaps):
+            sides = contacts.poses(gap.first, there, len(times)), contacts.poses(gap.second, there, len(times))
+            poses = list(zip(*sides, strict=True))
+            way = self._way(g, poses)
+            within = way - float(min(m[gap.push] for m in margins)) + 2.0 * closed
+
+            def margin_of(i: IntArray, j: IntArray, gap: GapRow = gap) -> FloatArray:
+                return gap.first.skin.knobs[i, 2] + gap.second.skin.knobs[j, 2]
+
+            for kind, i, j in contacts.near(g, *poses[0], within):
+                keep = np.array(
+                    [PartPair(g, kind, a, b) not in holding for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+                )
+                i, j = i[keep], j[keep]
+                if not len(i):
+                    continue
+                touches = [measured(kind, gap.first.skin, a, gap.second.skin, b, i, j) for a, b in poses]
+                values = np.stack([t.value + m[gap.push] for t, m in zip(touches, margins, strict=True)])
+                along = np.stack([t.along for t in touches])
+                fan = np.stack([t.fan for t in touches])
+                for n in range(len(times) - 1):
+                    low, high = values[n], values[n + 1]
+                    near = np.maximum(along[n], along[n + 1]) >= -way
+                    turned = np.maximum(fan[n], fan[n + 1]) >= -TURNED
+                    falls = (low > -closed) & (high < -closed) & near & turned
+                    for k in np.nonzero(falls)[0].tolist():
+                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
+                        tau = self._gap_root(contact, times[n], times[n + 1], float(low[k]) <= closed)
+                        if tau is not None and (best is None or tau < best):
+                            best = tau
+                    if KINDS[kind] != (KNOBS, KNOBS):
+                        continue
+                    before, after = ((t.value + margin_of(i, j))[:, None] * t.normal for t in touches[n : n + 2])
+                    passing = _passes(before, after, margin_of(i, j) - margins[n][gap.push])
+                    for k in np.nonzero(passing & (low > closed) & (high > closed) & turned)[0].tolist():
+                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
+                        tau = self._brushes(contact, times[n], times[n + 1])
+                        if tau is not None and (best is None or tau < best):
+                            best = tau
+        return best
+
+    def _brushes(self, contact: PartPair, low: float, high: float) -> float | None:
+        """When two knobs come to touch that pass each other, between two times at which they do not; None if they do
+        not.
+        """
+        value = self._value(contact)
+        ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+        a, b = low, high
+        p, q = b - ratio * (b - a), a + ratio * (b - a)
+        fp, fq = value(p), value(q)
+        for _ in range(40):  # golden sections
+            if min(fp, fq) < -self.course.closed or b - a <= PUSH_BRUSHES * self.h:
+                break
+            if fp < fq:
+                b, q, fq = q, p, fp
+                p = b - ratio * (b - a)
+                fp = value(p)
+            else:
+                a, p, fp = p, q, fq
+                q = a + ratio * (b - a)
+                fq = value(q)
+        lowest = p if fp < fq else q
+        return None if min(fp, fq) >= -self.course.closed else self._gap_root(contact, low, lowest, near=False)
+
+    def _way(self, g: int, poses: Sequence[tuple[Sequence[float], Sequence[float]]]) -> float:
+        """How far any two points of both outlines move towards each other at most, in the whole step."""
+        contacts = self.course.contacts
+        total = 0.0
+        for side in (0, 1):
+            mx, my, radius = contacts.around[g][side]
+            before = poses[0][side]
+            most = 0.0
+            for after in (pair[side] for pair in poses[1:]):
+                ax, ay = before[0] + before[2] * mx - before[3] * my, before[1] + before[3] * mx + before[2] * my
+                bx, by = after[0] + after[2] * mx - after[3] * my, after[1] + after[3] * mx + after[2] * my
+                turn = np.hypot(after[2] - before[2], after[3] - before[3])
+                most = max(most, float(np.hypot(bx - ax, by - ay) + radius * turn))
+            total += most
+        return 1.5 * total
+
+    def _gap_root(self, contact: PartPair, low: float, high: float, near: bool) -> float | None:
+        """When a gap closes; None where it does so beside the parts."""
+        tau = self._root(self._value(contact), low, high, near)
+        lines = self.course.contacts.lines([contact], self.course.at(tau), self.at(tau)[None])
+        there = lines.along[0] >= -self.course.closed and lines.fan[0] >= -OUTLINE_FAN
+        return tau if there else None
+
+    def _root(self, value: Callable[[float], float], low: float, high: float, near: bool) -> float:
+        """Where a value that is not negative at ``low`` becomes so (Illinois); ``near``: it is zero there already."""
+        level = -0.5 * self.course.closed if near else 0.0
+        a, b = low, high
+        fa, fb = value(a) - level, value(b) - level
+        if fa <= 0.0:
+            return a
+        if fb > 0.0:
+            return b
+        for _ in range(60):
+            if b - a <= PUSH_EVENT * self.h * PUSH_MET:
+                break
+            tau = b - fb * (b - a) / (fb - fa)
+            if not a < tau < b:
+                tau = 0.5 * (a + b)
+            f = value(tau) - level
+            if f == 0.0:
+                return tau
+            if f < 0.0:
+                b, fb = tau, f
+                fa *= 0.5
+            else:
+                a, fa = tau, f
+                fb *= 0.5
+                if fb == 0.0:
+                    break
+            if abs(f) <= PUSH_MET * self.course.closed:
+                return tau
+        return b if abs(fb) < abs(fa) else a
+
+    # --- a contact leaves its parts
+
+    def leaves(self) -> float | None:
+        """When the first of what holds comes to the end of its parts."""
+        some = [contact for contact in self.held if contact.gap >= 0]
+        if not some:
+            return None
+        slack = self._slack(some, self.t1)
+        best: float | None = None
+        for k in np.nonzero(slack < 0.0)[0].tolist():
+            tau = self._slack_root([some[k]])
+            best = tau if best is None else min(best, tau)
+        return best
+
+    def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
+        """How far contacts are inside their parts."""
+        lines = self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None])
+        size = self.course.plan.size
+        return np.minimum(lines.along + self.course.closed, size * (lines.fan + OUTLINE_FAN))
+
+    def _slack_root(self, some: Sequence[PartPair]) -> float:
+        a, b = self.t0, self.t1
+        fa, fb = float(self._slack(some, a)[0]), float(self._slack(some, b)[0])
+        if fa <= 0.0:
+            return a
+        for n in range(60):
+            if b - a <= PUSH_EVENT * self.h:
+                break
+            tau = b - fb * (b - a) / (fb - fa) if np.isfinite(fa) and np.isfinite(fb) and n % 3 < 2 else 0.5 * (a + b)
+            if not a < tau < b:
+                tau = 0.5 * (a + b)
+            f = float(self._slack(some, tau)[0])
+            if f < 0.0:
+                b, fb = tau, f
+            else:
+                a, fa = tau, f
+        return b
+
+    def left(self, tau: float, x: FloatArray) -> list[PartPair]:
+        """What holds and has left its parts."""
+        some = [contact for contact in self.held if contact.gap >= 0]
+        if not some:
+            return []
+        slack = self._slack(some, tau)
+        return [contact for contact, inside in zip(some, slack, strict=True) if inside < 0.0]
+
+
+def _passes(before: FloatArray, after: FloatArray, reach: FloatArray) -> NDArray[np.bool_]:
+    """(M,) whether a point that moves from one place (M, 2) to another, nearly straight, may come within ``reach``."""
+    way = after - before
+    length = np.hypot(*way.T)
+    share = np.clip(-np.sum(before * way, axis=1) / np.maximum(length * length, LEAST_DIVISOR), 0.0, 1.0)
+    least = np.hypot(*(before + share[:, None] * way).T)
+    return (share > 0.0) & (share < 1.0) & (least <= reach + BENT * length)

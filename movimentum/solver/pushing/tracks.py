@@ -1,0 +1,67 @@
+"""The track of a block that is pushed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+from movimentum.records import dataclass, field
+from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.pushing.contacts import PartPair
+from movimentum.solver.pushing.overlap import Overlapping
+
+
+class Happening(StrEnum):
+    """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more."""
+
+    BEGINS = "begins"
+    ENDS = "ends"
+    CHANGES = "changes"
+    JAMS = "jams"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What happens at offset ``tau``: ``push`` is the number of the inequality's constraint, ``things`` whose outlines
+    they are.
+    """
+
+    tau: float
+    happening: Happening
+    push: int
+    things: tuple[int, int] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Phase:
+    """From ``begin`` on these contacts are ``held``, at these values."""
+
+    begin: float
+    held: tuple[PartPair, ...]
+    at: tuple[float, ...]
+
+
+class PushEnd(StrEnum):
+    """Why a track ends early: nothing may move, too much happens, it cannot be followed, no pose satisfies all that
+    pushes, or things begin inside each other.
+    """
+
+    NONE = ""
+    JAM = "jam"
+    BUDGET = "budget"
+    LOST = "lost"
+    CONTRADICTION = "contradiction"
+    OVERLAP = "overlap"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PushTrack(NodeTrack):
+    """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
+    why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps.
+    """
+
+    phases: Sequence[Phase] = ()
+    events: Sequence[Event] = ()
+    end: PushEnd = PushEnd.NONE
+    jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
+    overlaps: Sequence[Overlapping] = ()
