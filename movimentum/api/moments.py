@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.api.arguments import called
+from movimentum.api.arguments import Number, called, exact
 from movimentum.api.understood import Names
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
@@ -18,8 +18,19 @@ from movimentum.query import Query
 from movimentum.records import dataclass
 from movimentum.solver.motion import AnyMotion
 from movimentum.solver.poses import Poses
-from movimentum.text import counted
+from movimentum.text import counted, time_text
+from movimentum.timeline.model import Timeline
 from movimentum.workflow.stages import Solution
+
+
+def instant(timeline: Timeline, time: Number) -> Fraction:
+    """A time of the film; a float that a step's time was rounded to means the step's."""
+    found = exact(time, "a time")
+    if not timeline.start <= found <= timeline.end:
+        message = f"time {time_text(float(found))} is outside the film, from {timeline.start} to {timeline.end}"
+        raise usage_error("usage/at", message)
+    steps = (*(segment.start for segment in timeline.segments), timeline.end)
+    return next((step for step in steps if float(step) == float(found)), found)
 
 
 def values_of(query: Query, chunks: Iterable[Poses]) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -19,14 +18,13 @@ from movimentum.api.arguments import (
     ShowWord,
     TextWord,
     called,
-    exact,
     frame_choice,
     frame_rate,
     in_python,
     one_of,
     several,
 )
-from movimentum.api.moments import Moments, rates_of, values_of
+from movimentum.api.moments import Moments, instant, rates_of, values_of
 from movimentum.api.pictures import DrawingAsked, picture_of, shown
 from movimentum.api.results import Written, data_frame, silent
 from movimentum.api.understood import Names, UnderstoodScript, accepted
@@ -221,8 +219,8 @@ class Motion:
         ((2,), (3, 2))
         """
         if several(time):
-            return Moments(self, tuple(self._exact(item) for item in time), single=False)
-        return Moments(self, (self._exact(cast("Number", time)),), single=True)
+            return Moments(self, tuple(instant(self.timeline, item) for item in time), single=False)
+        return Moments(self, (instant(self.timeline, cast("Number", time)),), single=True)
 
     @called
     def overlaps(self, *, all_layers: bool = False) -> list[Overlap]:
@@ -243,15 +241,6 @@ class Motion:
         from movimentum.analysis.happenings import contacts
 
         return contacts(self.solution.motion.path)
-
-    def _exact(self, time: Number) -> Fraction:
-        """A time; a float that a step's time was rounded to means the step's."""
-        timeline, found = self.timeline, exact(time, "a time")
-        if not timeline.start <= found <= timeline.end:
-            message = f"time {time_text(float(found))} is outside the film, from {timeline.start} to {timeline.end}"
-            raise usage_error("usage/at", message)
-        steps = (*(segment.start for segment in timeline.segments), timeline.end)
-        return next((step for step in steps if float(step) == float(found)), found)
 
     @called
     def poses(self, first: int = 0, stop: int | None = None) -> Poses:
@@ -358,7 +347,7 @@ class Motion:
         """
         motion = self._solved_with(fps, accuracy, strict, on_failure)
         picture = picture_of(
-            self.script.limits, frames=frames, at=None if at is None else motion._exact(at), scale=scale, trace=trace,
+            self.script.limits, frames=frames, at=None if at is None else instant(motion.timeline, at), scale=scale, trace=trace,
             show=show, background=background, quality=quality, loop=loop, transparent=transparent, lossy=lossy,
             text=text, workers=workers, max_pixels=max_pixels
         )  # fmt: skip

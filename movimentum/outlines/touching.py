@@ -376,8 +376,8 @@ def _about_bowls(skin: Skin) -> FloatArray:
     x, y, radius, turn, half = skin.bowls.T
     small = half < math.pi / 2.0
     some = np.minimum(half, math.pi / 2.0)
-    out: FloatArray = np.where(small, radius * np.cos(some), 0.0)
-    reach: FloatArray = np.where(small, radius * (np.sin(some) + 1.0 - np.cos(some)), radius)
+    out: FloatArray = radius * np.cos(some) * small
+    reach: FloatArray = radius * np.maximum(np.sin(some) + (1.0 - np.cos(some)) * small, ~small)
     return np.column_stack([x + out * np.cos(turn), y + out * np.sin(turn), reach])
 
 

@@ -96,24 +96,16 @@ class Builder(ValueBuilder):
 
     def config(self, pieces: Sequence[Piece]) -> ConfigStatement:
         """``.config(…) options;``."""
-        return ConfigStatement(
-            tuple(bare(piece) for piece in pieces if is_argument(piece)),
-            tuple(piece for piece in pieces if isinstance(piece, Option)),
-            span=span_of(pieces),
-        )
+        return ConfigStatement(_arguments(pieces), _stated(pieces), span=span_of(pieces))
 
     def view(self, pieces: Sequence[Piece]) -> ViewStatement:
         """``.view(…) options;``."""
-        return ViewStatement(
-            tuple(bare(piece) for piece in pieces if is_argument(piece)),
-            tuple(piece for piece in pieces if isinstance(piece, Option)),
-            span=span_of(pieces[:-1]),
-        )
+        return ViewStatement(_arguments(pieces), _stated(pieces), span=span_of(pieces[:-1]))
 
     def let(self, pieces: Sequence[Piece]) -> Let:
         """``.let name = value options;``."""
-        options = tuple(piece for piece in pieces if isinstance(piece, Option))
-        return Let(str(pieces[1]), bare(pieces[3]), options, span=span_of(pieces), name_span=pieces[1].span)
+        name, value = pieces[1], bare(pieces[3])
+        return Let(str(name), value, _stated(pieces), span=span_of(pieces), name_span=name.span)
 
     def include(self, pieces: Sequence[Piece]) -> Include:
         """``.include 'file';``."""
@@ -141,8 +133,8 @@ class Builder(ValueBuilder):
         return Copy(
             head.name,
             str(part),
-            tuple(bare(piece) for piece in pieces[4:close] if is_argument(piece)),
-            tuple(piece for piece in pieces if isinstance(piece, Option)),
+            _arguments(pieces[4:close]),
+            _stated(pieces),
             head.suffixes,
             span=Span(head.span.start, pieces[-1].span.end),
             name_span=head.name_span,
@@ -198,9 +190,8 @@ class Builder(ValueBuilder):
             elif isinstance(piece, Points | Option):
                 terms.append(piece)
         shape = ShapeWord(str(word)[1:], span=word.span)
-        parts = _behind_points(terms)
         span = Span(word.span.start, pieces[-1].span.end)
-        return Definition(head.name, shape, parts, head.suffixes, span=span, name_span=head.name_span)
+        return Definition(head.name, shape, _behind_points(terms), head.suffixes, span=span, name_span=head.name_span)
 
     def whole(self, pieces: Sequence[Piece]) -> Points:
         """A thing, and the words behind it, which may be options."""
@@ -265,8 +256,7 @@ class Builder(ValueBuilder):
     def option(self, pieces: Sequence[Piece]) -> Option:
         """``.word`` or ``.word(…)``."""
         word = pieces[0]
-        arguments = tuple(bare(piece) for piece in pieces if is_argument(piece))
-        return Option(str(word)[1:], arguments, span=span_of(pieces), name_span=word.span)
+        return Option(str(word)[1:], _arguments(pieces), span=span_of(pieces), name_span=word.span)
 
     let_option = option
     statement_option = option
@@ -282,11 +272,10 @@ class Builder(ValueBuilder):
     def statement(self, pieces: Sequence[Piece]) -> Statement:
         """``left = right;``, ``left ~ right .speed(limit) .weak;``, ``left ~ .least;``."""
         left, comparison, right, *rest = pieces
-        options = tuple(piece for piece in rest if isinstance(piece, Option))
         toward = Toward(str(right)) if isinstance(right, Token) else Toward.VALUE
         value = Number(Decimal(0), span=right.span) if toward else right
         sides = bare(left), Comparison(comparison), bare(value)
-        return Statement(*sides, options, toward, span=span_of(pieces[:-1]))
+        return Statement(*sides, _stated(rest), toward, span=span_of(pieces[:-1]))
 
     def holding(self, pieces: Sequence[Piece]) -> Statement:
         """``value .holds;``."""
@@ -309,6 +298,14 @@ class Builder(ValueBuilder):
         """``.goal value .largest .weight(weight);``."""
         nothing = Number(Decimal(0), span=pieces[2].span)
         return self.claim([*pieces[:3], nothing, *pieces[3:]])
+
+
+def _arguments(pieces: Sequence[Piece]) -> tuple[Expression, ...]:
+    return tuple(bare(piece) for piece in pieces if is_argument(piece))
+
+
+def _stated(pieces: Sequence[Piece]) -> tuple[Option, ...]:
+    return tuple(piece for piece in pieces if isinstance(piece, Option))
 
 
 def _definition(
@@ -396,12 +393,6 @@ def _point(links: Sequence[Piece]) -> Reference:
         here = Span(after_dot(name).start, last.span.end)
         return Reference(_path(links[:-2]), str(name)[1:], span=span_of(links), anchor_span=here, index=last.inner)
     if len(links) < 2 or isinstance(last, InParentheses):
-        raise Refusal(
-            Diagnostic(
-                "syntax/unexpected",
-                Severity.ERROR,
-                "a point is an anchor of a thing, such as `Thing[1].P`, or a place such as `[100, 50]`",
-                span_of(links),
-            )
-        )
+        message = "a point is an anchor of a thing, such as `Thing[1].P`, or a place such as `[100, 50]`"
+        raise Refusal(Diagnostic("syntax/unexpected", Severity.ERROR, message, span_of(links)))
     return Reference(_path(links[:-1]), str(last)[1:], span=span_of(links), anchor_span=after_dot(last))

@@ -38,7 +38,8 @@ def shortest(rows: FloatArray, least: FloatArray, guess: Rows | None = None) -> 
     none = np.zeros(0, dtype=np.intp)
     count, n = rows.shape
     if count == 0 or not (least > 0.0).any():
-        return Shortest(np.zeros(n), none, np.zeros(0))
+        still: FloatArray = np.zeros(n)
+        return Shortest(still, none, np.zeros(0))
     lengths = np.maximum(np.sqrt(np.einsum("kn,kn->k", rows, rows)), LEAST_DIVISOR)
     unit, wanted = rows / lengths[:, None], least / lengths
     size = float(np.max(wanted))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 
 from movimentum.arrays import FloatArray
@@ -20,10 +22,10 @@ def extend_pushed(path: Path, nodes: FloatArray, block: Pushing, track: PushTrac
     tau = moment.instants.tau
     core = np.stack([np.broadcast_to((moment.values[n] or (np.nan,))[0], len(tau)) for n in block.core], axis=1)
     course = PushCourse(block, path.plan, probe_of(path, block), nodes, track_scale(path.plan, block))
-    begins = np.array([phase.begin for phase in track.phases])
+    begins = [phase.begin for phase in track.phases]
     found = np.zeros_like(core)
     for k, time in enumerate(tau.tolist()):
-        phase = track.phases[max(int(np.searchsorted(begins, time, side="right")) - 1, 0)]
+        phase = track.phases[max(bisect_right(begins, time) - 1, 0)]
         now = course.instant(time, core[k], phase.held, after=time in begins)
         found[k] = held(now, np.arange(len(phase.held), dtype=np.intp))
     for j, n in enumerate(block.core):
