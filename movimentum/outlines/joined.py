@@ -89,11 +89,7 @@ class Edge:
     """A smooth piece of an outline, with what is solid on its left."""
 
     def __init__(
-        self,
-        position: tuple[Expr, Expr],
-        begin: float,
-        end: float,
-        values: tuple[PlaceValues, float | None] | None = None,
+        self, position: tuple[Expr, Expr], begin: float, end: float, values: tuple[PlaceValues, float | None] | None = None
     ) -> None:
         self.position, self.begin, self.end = position, begin, end
         self._values, self.rate = values or _values(position, begin, end)
@@ -227,7 +223,9 @@ def _offset(edge: Edge, by: float) -> Edge:
     x, y = edge.position
     dx, dy = slope(x), slope(y)
     size = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
-    return Edge((add(x, mul(const(by), div(dy, size))), sub(y, mul(const(by), div(dx, size)))), edge.begin, edge.end)
+    return Edge(
+        (add(x, mul(const(by), div(dy, size))), sub(y, mul(const(by), div(dx, size)))), edge.begin, edge.end
+    )
 
 
 def _round(centre: FloatArray, radius: float, begin: FloatArray, end: FloatArray) -> list[Edge]:
@@ -299,9 +297,7 @@ def _cut_up(one: Region, other: Region, near: float) -> list[Edge]:
     """The edges of ``one``, cut where they meet those of ``other``."""
     found: list[Edge] = []
     others = [edge for ring in other for edge in ring]
-    boxes = np.array(
-        [[*edge.points.min(axis=0) - edge.rough, *edge.points.max(axis=0) + edge.rough] for edge in others]
-    )
+    boxes = np.array([[*edge.points.min(axis=0) - edge.rough, *edge.points.max(axis=0) + edge.rough] for edge in others])
     for ring in one:
         for edge in ring:
             low, high = edge.points.min(axis=0) - edge.rough - near, edge.points.max(axis=0) + edge.rough + near

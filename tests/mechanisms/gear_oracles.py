@@ -75,8 +75,8 @@ def geneva(t: Array) -> Columns:
 
 
 def escapement_turn(t: Array) -> Array:
-    """How far the escape wheel is turned (degrees). Teeth rest on two arcs about the anchor's axis; the wheel leaves one
-    when the corner of its pallet passes the tooth, and runs at 60 degrees a second to the other.
+    """How far the escape wheel is turned (degrees). Teeth rest on two arcs about the anchor's axis; the wheel leaves
+    one when the corner of its pallet passes the tooth, and runs at 60 degrees a second to the other.
     """
     d = 134.563273  # 100/cos 42; the radii are 100 tan 42 and half a pallet more and less
 
