@@ -126,7 +126,9 @@ def _together(skins: Sequence[Skin], signs: Sequence[float]) -> Skin:
         total = total + sign * np.array(_about_origin(skin.moments))
     parts = [np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")]
     bends = tuple(bend for skin in skins for bend in skin.bends)
-    return Skin(*parts, bends, first.reach, _about_centre(*(float(v) for v in total)))
+    area, mx, my, xx, xy, yy = (float(v) for v in total)
+    knobs, edges, bowls = parts
+    return Skin(knobs, edges, bowls, bends, first.reach, _about_centre(area, mx, my, xx, xy, yy))
 
 
 def skin_of(contour: Contour) -> Skin:

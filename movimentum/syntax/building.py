@@ -294,7 +294,7 @@ class Builder(ValueBuilder):
         """``left = right;``, ``left ~ right .speed(limit) .weak;``, ``left ~ .least;``."""
         left, comparison, right, *rest = pieces
         options = tuple(piece for piece in rest if isinstance(piece, Option))
-        toward = Toward(str(right)) if str(right) in (Toward.LEAST, Toward.MOST) else Toward.VALUE
+        toward = Toward(str(right)) if isinstance(right, Token) else Toward.VALUE
         value = Number(Decimal(0), span=right.span) if toward else right
         sides = bare(left), Comparison(comparison), bare(value)
         return Statement(*sides, options, toward, span=span_of(pieces[:-1]))

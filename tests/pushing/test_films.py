@@ -213,7 +213,7 @@ def test_a_pawl_rides_on_its_wheel_and_blocks_it() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("teeth", [5, 8, 17, 30, 60])
+@pytest.mark.parametrize("teeth", [5, 8, 17, 30, 32])
 @pytest.mark.parametrize("phase", [0.0, 0.07])
 def test_ratchets_of_many_teeth(teeth: int, phase: float) -> None:
     motion = mv.loads(pawl(teeth, phase, f"{720 / teeth}*.t", 2.0)).solve()

@@ -53,6 +53,7 @@ from movimentum.syntax.tree import (
     StepHeader,
     Suffix,
     Text,
+    Toward,
 )
 from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import KINDS
@@ -140,6 +141,13 @@ arguments = st.lists(st.one_of(small, texts), max_size=2).map(tuple)
 option_names = names.filter(lambda name: name not in {"r", "rotate", *FUNCTIONS, *SYNONYMS, *CLOCKS})
 options = st.builds(Option, option_names, arguments)
 # behind a point, a word without arguments is the option of that name, or else a part of a path
+statement_options = st.lists(
+    st.one_of(
+        st.builds(Option, st.sampled_from(["speed", "weak"]), st.tuples(small)),
+        st.builds(Option, st.sampled_from(["weak", "pushes"])),
+    ),
+    max_size=2,
+).map(tuple)
 options_behind_points = st.one_of(
     st.builds(Option, option_names, st.tuples(st.one_of(small, texts))),
     st.builds(Option, st.sampled_from(sorted(BARE_OPTIONS))),
@@ -205,7 +213,23 @@ plain_items = st.one_of(
         small,
         st.sampled_from(signs),
         st.builds(Transition, small, small),
-        st.none() | small,
+        statement_options,
+    ),
+    st.builds(
+        Statement,
+        small,
+        st.just(Comparison.WISH),
+        st.just(Number(Decimal(0))),
+        statement_options,
+        st.sampled_from([Toward.LEAST, Toward.MOST]),
+    ),
+    st.builds(
+        Statement,
+        small,
+        st.just(Comparison.WISH),
+        st.just(Number(Decimal(0))),
+        st.just(()),
+        st.just(Toward.STAY),
     ),
     st.builds(
         ClaimStatement,

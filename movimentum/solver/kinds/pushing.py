@@ -12,7 +12,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import null_space, scaled
+from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
@@ -24,7 +24,7 @@ from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.phases import followed
 from movimentum.solver.pushing.start import pushed_apart
 from movimentum.solver.pushing.tracks import Phase, PushTrack
-from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED, PUSH_ROUNDING
+from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED, PUSH_RANK, PUSH_ROUNDING
 
 NEWTON = NewtonKernel()
 
@@ -111,8 +111,10 @@ def _on_contacts(
         error[going] = np.where(better, off, error[going])
         if not go.any():
             break
-        for k in np.nonzero(go)[0].tolist():
-            _, _, inverse = null_space(wide[k])
-            x[going[k]] -= scale * (inverse @ (residual[k] / lengths[k]))
+        own, off_ = wide[go], residual[go] / lengths[go]
+        # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
+        squares = own @ np.swapaxes(own, 1, 2) + PUSH_RANK * np.eye(own.shape[1])
+        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(squares, off_[..., None])
         going = going[go]
+        x[going] -= scale * step[..., 0]
     return best, error <= NEWTON_SOLVED
