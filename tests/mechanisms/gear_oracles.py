@@ -72,3 +72,26 @@ def geneva(t: Array) -> Columns:
         x, y = polar(150.0 * np.cos(np.pi / 4), 225 + 90 * k)
         parts.append(body(f"Quarter[{k}]", {"C": (0, 0), "S": (float(x), float(y))}, "C", wheel, -turned))
     return merge(*parts)
+
+
+def escapement_turn(t: Array) -> Array:
+    """How far the escape wheel is turned (degrees). Teeth rest on two arcs about the anchor's axis; the wheel leaves
+    one when the corner of its pallet passes the tooth, and runs at 60 degrees a second to the other.
+    """
+    d = 134.563273  # 100/cos 42; the radii are 100 tan 42 and half a pallet more and less
+
+    def seen(radius: float) -> tuple[float, float]:
+        """Of a tooth on the arc: its angle from the line of the axles at the wheel, and at the anchor."""
+        wheel = np.arccos((100.0**2 + d**2 - radius**2) / (2 * 100.0 * d))
+        return float(np.degrees(wheel)), float(np.degrees(np.arcsin(100.0 * np.sin(wheel) / radius)))
+
+    # at the pallets, from the line of the axles: 48 degrees; their first corners are 0.8 degrees before that
+    (entry, entry_seen), (leave, leave_seen) = seen(99.2904), seen(80.7904)
+    first, second = 90.0 + entry - 137.507, 90.0 - leave - (137.507 - 72.0)
+    released = np.arccos((48.8 - entry_seen) / 7.0) / (2 * np.pi)
+    again = 1.0 - np.arccos((leave_seen - 48.8) / 7.0) / (2 * np.pi)
+    turns, phase = np.floor(t), t - np.floor(t)
+    there = np.maximum(first - 60.0 * np.maximum(phase - released, 0.0), second)
+    back = np.maximum(second - 60.0 * np.maximum(phase - again, 0.0), first - 24.0)
+    start = np.maximum(-60.0 * t, first)
+    return np.where(t < 0.1, start, -24.0 * turns + np.where(phase < again, there, back))

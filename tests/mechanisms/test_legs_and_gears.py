@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tests.mechanisms.gear_oracles import escapement_turn
 from tests.mechanisms.kinematics import Columns, distance, point
 from tests.mechanisms.leg_oracles import KLANN
 from tests.mechanisms.linkage_oracles import HOLY
@@ -40,6 +41,33 @@ def test_the_walker_always_stands(solve_script: Solve) -> None:
     down = feet[:, :, 1] < feet[:, :, 1].min() + 5.0
     assert (down[:3].sum(axis=0) >= 1).all()
     assert (down[3:].sum(axis=0) >= 1).all()
+
+
+def test_a_geneva_wheel_with_play_stays_behind(solve_script: Solve) -> None:
+    """The pin (radius 6, 91.92 from its axis, slots 17 broad) pushes the wall ahead of it: asin(2.5/distance)."""
+    table = solve_script("geneva-play")
+    t = table["time"]
+    wheel = table["Wheel.angle"]
+    r = 91.9239
+    for turn in (0, 1):
+        pin = 180.0 * (t - 2 * turn) - 180.0
+        x, y = 130.0 - r * np.cos(np.radians(pin)), r * np.sin(np.radians(pin))
+        expected = -90.0 * turn - 45.0 - np.degrees(np.arctan2(y, x)) + np.degrees(np.arcsin(2.5 / np.hypot(x, y)))
+        deep = np.abs(pin) < 25.0
+        assert np.count_nonzero(deep) > 5
+        assert np.abs(wheel - expected)[deep].max() < 1e-8
+        behind = wheel[(pin > 60.0) & (pin < 200.0)]
+        assert np.ptp(behind) < 1e-9  # it rests
+        assert 1.5 < behind[0] + 90.0 * (turn + 1) < 1.6  # asin(2.5/91.9)
+
+
+def test_an_escapement_steps_and_never_goes_back(solve_script: Solve) -> None:
+    table = solve_script("escapement")
+    wheel = table["Wheel.angle"]
+    assert np.diff(wheel).max() < 1e-9
+    assert np.abs(wheel - escapement_turn(table["time"])).max() < 2e-6
+    assert np.abs(table["Hand.angle"] - wheel / 4).max() < 1e-9
+    assert np.abs(wheel[30:] - wheel[5:-25] + 24.0).max() < 1e-7  # a tooth each second
 
 
 def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
