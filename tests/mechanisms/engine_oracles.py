@@ -194,3 +194,22 @@ def stephenson(t: Array, gear: Array | None = None) -> Columns:
         body("Valve", {"D": (0, 0)}, "D", d, 0),
         {"gear": gear, "x": d[:, 0]},
     )
+
+
+def wankel(t: Array) -> Columns:
+    """The shaft (eccentric 16) turns three times, the rotor (112 to its corners) once; its corners are on an
+    epitrochoid, since 120 degrees for the rotor are a whole turn for the shaft.
+    """
+    shaft, rotor = 540 * t, 180 * t
+    axle = still((180, 160), t)
+    middle = axle + polar(16, shaft)
+    corners: dict[str, tuple[float, float]] = {"C": (0.0, 0.0)}
+    for k in range(3):
+        x, y = polar(112, 120 * k)
+        corners[f"P[{k}]"] = (float(x), float(y))
+    return merge(
+        body("Axle", {"C": (0, 0), "P": (16, 0)}, "C", axle, shaft),
+        body("Shaft", {"C": (0, 0)}, "C", middle, shaft),
+        body("Rotor", corners, "C", middle, rotor),
+        body("Mark", {"C": (0, 0)}, "C", middle + polar(88, rotor), 0),
+    )

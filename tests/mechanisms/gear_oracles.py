@@ -74,6 +74,48 @@ def geneva(t: Array) -> Columns:
     return merge(*parts)
 
 
+def geneva_slots(t: Array) -> Columns:
+    """Axles (120, 140) and (280, 140); the pin begins where it enters a slot. The wheel is one body with its slots."""
+    d, a = 160.0, 160.0 * np.sin(np.pi / 4)
+    crank, wheel = 180 * t, -geneva_turn(t + 0.75)  # the other wheel's pin enters at 0.75; a slot's angle has no scale
+    drive, axle = still((120, 140), t), still((280, 140), t)
+    x, y = polar(a, -45)
+    anchors: dict[str, tuple[float, float]] = {"C": (0.0, 0.0)}
+    for k in range(4):
+        for name, radius, where in (
+            (f"Slot[{k}].A", a + 20, 45 + 90 * k),
+            (f"Slot[{k}].B", d - a, 45 + 90 * k),
+            (f"Bite[{k}].C", d, 90 * k),
+        ):
+            u, v = polar(radius, where)
+            anchors[name] = (float(u), float(v))
+    return merge(
+        body("Crank", {"O": (0, 0), "P": (float(x), float(y))}, "O", drive, crank),
+        body("Pin", {"C": (0, 0)}, "C", drive + polar(a, crank - 45), 0),
+        body("Disc", {"C": (0, 0), "Free.C": (d, 0)}, "C", drive, crank - 45),
+        body("Wheel", anchors, "C", axle, wheel),
+        body("Way", {"O": (0, 0)}, "O", axle, wheel - 135),
+    )
+
+
+def elliptic_gears(t: Array) -> Columns:
+    """Half axes 75, foci 37.5 from the middle: of an ellipse about its focus r = p/(1 - ε cos), and the radii to where
+    the two touch add up to the distance of the axles, 150; so tan(φ/2) = -(1 + ε)/(1 - ε) tan(θ/2).
+    """
+    ratio, long = 0.5, 75.0
+    left = 180 * t
+    turns = np.round(left / 360)  # the half angles of whole turns are where the tangent is nought
+    half = np.deg2rad(left / 2 - 180 * turns)
+    right = -360 * turns - 2 * np.rad2deg(np.arctan2((1 + ratio) * np.sin(half), (1 - ratio) * np.cos(half)))
+    radius = long * (1 - ratio**2) / (1 - ratio * np.cos(np.deg2rad(left)))
+    foci = {"F": (0.0, 0.0), "G": (2 * ratio * long, 0.0)}
+    return merge(
+        body("Left", foci, "F", still((120, 165), t), left),
+        body("Right", foci, "F", still((270, 165), t), right),
+        {"w": radius / (2 * long - radius)},
+    )
+
+
 def escapement_turn(t: Array) -> Array:
     """How far the escape wheel is turned (degrees). Teeth rest on two arcs about the anchor's axis; the wheel leaves
     one when the corner of its pallet passes the tooth, and runs at 60 degrees a second to the other.

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.mechanisms import (
+    contact_oracles,
     engine_oracles,
     figure_oracles,
     gear_oracles,
@@ -25,15 +26,19 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
     "acceleration": motion_oracles.acceleration,
     "antiparallelogram": figure_oracles.antiparallelogram,
     "axle-path": figure_oracles.axle_path,
+    "belt-idler": contact_oracles.belt_idler,
     "bicycle-suspension": figure_oracles.bicycle_suspension,
+    "cam-follower": contact_oracles.cam_follower,
     "clockwork": gear_oracles.clockwork,
     "coupling-rods": engine_oracles.coupling_rods,
     "crane": figure_oracles.crane,
     "drafting-pantograph": figure_oracles.drafting_pantograph,
+    "elliptic-gears": gear_oracles.elliptic_gears,
     "excavator": machine_oracles.excavator,
     "falling-bar": motion_oracles.falling_bar,
     "four-bar": linkage_oracles.four_bar,
     "geneva": gear_oracles.geneva,
+    "geneva-slots": gear_oracles.geneva_slots,
     "governor": figure_oracles.governor,
     "hart": machine_oracles.hart,
     "hoecken": linkage_oracles.hoecken,
@@ -48,16 +53,19 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
     "planetary": gear_oracles.planetary,
     "pressure-volume": figure_oracles.pressure_volume,
     "scissor-lift": machine_oracles.scissor_lift,
+    "scissor-rollers": contact_oracles.scissor_rollers,
     "scotch-yoke": engine_oracles.scotch_yoke,
     "simson-line": figure_oracles.simson_line,
     "slider-crank": engine_oracles.slider_crank,
     "stephenson": engine_oracles.stephenson,
     "tackle": machine_oracles.tackle,
+    "tracer": contact_oracles.tracer,
     "trammel": linkage_oracles.trammel,
     "two-stroke": figure_oracles.two_stroke,
     "umbrella": figure_oracles.umbrella,
     "velocity-polygon": figure_oracles.velocity_polygon,
     "walschaerts": engine_oracles.walschaerts,
+    "wankel": engine_oracles.wankel,
     "watt": linkage_oracles.watt,
     "whitworth": machine_oracles.whitworth,
     "writing": figure_oracles.writing,
@@ -76,20 +84,21 @@ FRAMES = {
     "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
     "drafting-pantograph": 100, "governor": 150, "writing": 163,
     "planetary": 150, "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
+    "belt-idler": 51, "geneva-slots": 51, "tracer": 75,
 }  # fmt: skip
 """How many frames each script has; 50 where it is not said."""
 
-ENDING = {"coupling-rods", "falling-bar", "writing"}
+ENDING = {"belt-idler", "coupling-rods", "falling-bar", "geneva-slots", "writing"}
 """Scripts that do not begin again at their end: the rods' track goes by (its sleepers meet sleepers), the bar falls,
-and a title is written.
+a title is written, the belt's small wheel has not turned by whole turns, and the Geneva wheel has turned by a quarter.
 """
 
 SLOWER = {"excavator", "stephenson", "walschaerts"}
 """Scripts with 20 frames a second instead of 25."""
 
 CLOSED_FORMS = {
-    "clockwork", "excavator", "geneva", "hart", "jansen-walker", "klann", "locomotive", "planetary", "scissor-lift",
-    "simson-line", "whitworth",
+    "clockwork", "excavator", "geneva", "geneva-slots", "hart", "jansen-walker", "klann", "locomotive", "planetary",
+    "scissor-lift", "scissor-rollers", "simson-line", "wankel", "whitworth",
 }  # fmt: skip
 """Scripts whose oracles are exact to the last digits, so that they are compared to 1e-9 pixels."""
 
