@@ -259,8 +259,8 @@ class _Side:
 
     @staticmethod
     def pieces(thing: Thing) -> list[list[_Side]]:
-        """Of each piece of a thing the outline, and those of its holes; of one without an outline, which is at fault, its
-        first anchor.
+        """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing that has none, which
+        is told as a fault.
         """
         t, angle = thing.number, symbol(ThingAngle(thing.number))
         place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
