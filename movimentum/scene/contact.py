@@ -259,7 +259,7 @@ class _Side:
 
     @staticmethod
     def pieces(thing: Thing) -> list[list[_Side]]:
-        """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing that has none, which
+        """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing without one, which
         is told as a fault.
         """
         t, angle = thing.number, symbol(ThingAngle(thing.number))
