@@ -303,6 +303,7 @@ FAMILIES = {
     "vector": "Arrows",
     "graph": "Graphs",
     "option": "Looks",
+    "body": "Bodies",
     "canvas": "The canvas",
     "contact": "Contact",
     "look": "Looks that change",

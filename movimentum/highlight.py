@@ -31,6 +31,7 @@ KINDS: dict[str, tuple[TokenKind, str]] = {
     "REQUIRE": (Keyword.Namespace, "keyword.other.require"),
     "LET": (Keyword.Namespace, "keyword.other.let"),
     "PART": (Keyword.Namespace, "keyword.other.part"),
+    "BODY": (Keyword.Namespace, "keyword.other.body"),
     "INCLUDE": (Keyword.Namespace, "keyword.other.include"),
     "FOR": (Keyword.Namespace, "keyword.control.for"),
     "FILM_LOOP": (Keyword.Namespace, "keyword.control.loop"),

@@ -22,9 +22,9 @@ WITHOUT = {"stages"}
 
 def test_all_is_exact():
     assert sorted(movimentum.__all__) == [
-        "Accuracy", "Diagnostic", "FailurePolicy", "Fit", "Limits", "Moments", "Motion", "MovimentumError",
-        "NoSolutionError", "Overlap", "Script", "ScriptError", "Severity", "Sweep", "UnknownNameError", "UsageError",
-        "Written", "__version__",
+        "Accuracy", "Contact", "Diagnostic", "FailurePolicy", "Fit", "Limits", "Moments", "Motion",
+        "MovimentumError", "NoSolutionError", "Overlap", "Script", "ScriptError", "Severity", "Sweep",
+        "UnknownNameError", "UsageError", "Written", "__version__",
         "load", "loads", "stages", "studio",
     ]  # fmt: skip
     for name in movimentum.__all__:

@@ -347,9 +347,9 @@ class Motion:
         """
         motion = self._solved_with(fps, accuracy, strict, on_failure)
         picture = picture_of(
-            self.script.limits, frames=frames, at=None if at is None else instant(motion.timeline, at), scale=scale, trace=trace,
-            show=show, background=background, quality=quality, loop=loop, transparent=transparent, lossy=lossy,
-            text=text, workers=workers, max_pixels=max_pixels
+            self.script.limits, frames=frames, at=None if at is None else instant(motion.timeline, at), scale=scale,
+            trace=trace, show=show, background=background, quality=quality, loop=loop, transparent=transparent,
+            lossy=lossy, text=text, workers=workers, max_pixels=max_pixels,
         )  # fmt: skip
         asked = DrawingAsked(self.script.source, Path(os.fspath(path)), motion.choices, picture, motion.solution)
         return asked.written(for_, show_it=open)

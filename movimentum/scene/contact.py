@@ -259,7 +259,9 @@ class _Side:
 
     @staticmethod
     def pieces(thing: Thing) -> list[list[_Side]]:
-        """Of each piece of a thing the outline, and those of its holes."""
+        """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing without one, which
+        is told as a fault.
+        """
         t, angle = thing.number, symbol(ThingAngle(thing.number))
         place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
         turn = call("cosd", angle), call("sind", angle)
@@ -269,7 +271,7 @@ class _Side:
                 for ring in piece
             ]
             for piece in pieces_of(thing)
-        ]
+        ] or [[_Side(place)]]
 
     @property
     def is_hole(self) -> bool:

@@ -44,7 +44,7 @@ def test_where_a_search_cannot_show_all_solutions_the_inequality_that_rejects_th
 @pytest.mark.parametrize(
     ("statement", "kind"),
     [
-        ("A.O.x < 20 .weak", "an inequality"),
+        ("A.O.x < 20 .strong", "an inequality"),
         ("A.O.x >= B.O.x .soft", "an inequality"),
         ("A.O.x < x .soft", "an inequality"),
         ("A.O.x ~ 3*(2 + 1) .strong", "a wish"),

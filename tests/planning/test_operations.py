@@ -20,14 +20,11 @@ from movimentum.expressions.tables import Table
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.scene.lower import OPERATION_OF
-from movimentum.scene.model import VariableComponent
-from movimentum.scene.names import expression_name
 from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.arithmetic.taylor import Taylor, coefficient
 from movimentum.syntax.words import FUNCTIONS, REDUCTIONS, SYNONYMS
-from tests.understand import BAR, constraint_of, scene_of
 
 # those of outlines are tried in tests/mechanisms/test_contact.py
 NUMBERS = tuple(operation for operation in OPERATIONS if not operation.name.startswith("nearest"))
@@ -214,15 +211,6 @@ def test_series_at_a_kink_are_those_of_the_side_that_time_goes_to(operation: Ope
     beside = place + (1e-6 if ahead else -1e-6) * direction
     wanted = truth(operation, beside, direction, 1)
     np.testing.assert_allclose(np.broadcast_to(coefficient(found, 1), 1), wanted, atol=1e-4)
-
-
-@each
-def test_a_script_says_it_in_the_words_that_it_is_told_in(operation: Operation) -> None:
-    names = [VariableComponent(name, None) for name in ("p", "q", "r", "s")][: operation.arity]
-    said = Expr(operation.name, tuple(map(symbol, names)), payload(operation))
-    words = expression_name(scene_of(f"{BAR}@2 result = 1;"), said)
-    read = constraint_of(scene_of(f"{BAR}@2 result = {words};", lambda _: TABLE), "result").right
-    assert read == (said,), words
 
 
 def test_every_function_of_the_language_that_makes_a_number_is_an_operation() -> None:

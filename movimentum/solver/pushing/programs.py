@@ -38,7 +38,7 @@ def shortest(rows: FloatArray, least: FloatArray, guess: Rows | None = None) -> 
     none = np.zeros(0, dtype=np.intp)
     count, n = rows.shape
     if count == 0 or not (least > 0.0).any():
-        still: FloatArray = np.zeros(n)
+        still: FloatArray = np.zeros(int(n))
         return Shortest(still, none, np.zeros(0))
     lengths = np.maximum(np.sqrt(np.einsum("kn,kn->k", rows, rows)), LEAST_DIVISOR)
     unit, wanted = rows / lengths[:, None], least / lengths

@@ -122,7 +122,7 @@ def _connected(plan: Plan, numbers: Iterable[int]) -> frozenset[int]:
     read += [symbol_numbers(selector.value) for selector in system.selectors]
     read += [symbol_numbers(*wish.errors) for wish in system.wishes]
     read += [block.unknowns for block in plan.blocks]
-    links = [(first, n) for some in read for first, *others in [sorted(some)] if some for n in others]
+    links = [(min(some), n) for some in read for n in some if n != min(some)]
     owner = {n: block.number for block in plan.blocks for n in block.unknowns}
     wanted = {n for number in numbers for n in plan.blocks[number].unknowns}
     together = (group for group in groups(len(system.unknowns), links) if not wanted.isdisjoint(group))
