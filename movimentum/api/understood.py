@@ -163,9 +163,11 @@ class Names:
         known = {item.name: item for item in self.scene.things}
         thing, rest = next(((known[each], more) for each, more in splits if each in known), (None, rest))
         if thing is not None and rest:
-            anchor = next((i for i, item in enumerate(thing.anchors) if item.name == rest[0]), None)
-            if anchor is not None:
-                axes = _axes(rest[1:])
+            lengths = [item.name.count(".") + 1 for item in thing.anchors]  # a body's have dots: `Wheel.Slot[2].A`
+            found = [i for i, item in enumerate(thing.anchors) if ".".join(rest[: lengths[i]]) == item.name]
+            if found:
+                anchor = found[0]
+                axes = _axes(rest[lengths[anchor] :])
                 payloads = None if axes is None else tuple(AnchorCoordinate(thing.number, anchor, a) for a in axes)
             elif rest == ["angle"] and thing.is_body:
                 payloads = (ThingAngle(thing.number),)

@@ -215,6 +215,7 @@ class Encloser:
 
     def values(self, expressions: Sequence[Expr], found: Tubes) -> list[TimeForm]:
         """Expressions of enclosed unknowns."""
+        self.forms.jump = 0.0  # of as many intervals as were evaluated before
         return self.evaluator.values(ordered(expressions), expressions, self._leaf(found, {}))
 
     def _leaf(

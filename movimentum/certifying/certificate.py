@@ -320,7 +320,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
         case Free() if block.wishes is not None:
             return f"a wish draws {names}: it is as near as can be, and solves no equation"
         case Free() if encloser.rows(block) is None:
-            return f"{names} moves freely: there is no one exact motion"
+            return f"it is not shown that equations determine {names}: there may be no one exact motion"
         case Ode():
             return f"a differential equation moves {names}"
         case Velocity():
@@ -330,7 +330,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
         case _:
             rows = encloser.plan.stated_rows(block)
             if any(node.op in NOT_ENCLOSED for node in rows.nodes):
-                return f"{names} follows a table or an outline"
+                return f"a table or an outline determines {names}, which is not enclosed"
             return None if block.moving or encloser.rows(block) is not None else f"{names} is free to be anywhere"
 
 

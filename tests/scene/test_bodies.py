@@ -99,6 +99,18 @@ def test_a_body_moves_as_one_and_has_the_anchors_of_its_shapes():
     assert motion["a"] == pytest.approx(30 * np.linspace(0, 1, 11), abs=1e-9)
 
 
+def test_every_column_of_a_body_can_be_asked_of_a_motion():
+    text = "Hub : .disc(20) C = [100,100]; Arm[k = 0..2] : .bar A = [100,100] B = A + [50,0].r(120*k) .width(8); "
+    motion = mv.loads(f"{text} .body W = Hub + Arm[0..2]; @0 W.C = [100,100]; W.angle = 90*.t; @1").solve()
+    (body,) = motion.timeline.scene.things
+    assert {"C", "Arm[1].B"} <= {anchor.name for anchor in body.anchors}
+    for anchor in body.anchors:
+        assert motion[f"W.{anchor.name}"].shape == (len(motion.times), 2)
+        assert motion[f"W.{anchor.name}.x"].shape == (len(motion.times),)
+    with pytest.raises(mv.UnknownNameError):
+        motion["W.Arm[3].B"]
+
+
 def test_a_gap_to_a_body_knows_its_holes():
     motion = mv.loads(WHEEL.replace("30*.t", "0*.t") + "g = .gap(P, W);\n@1").solve()
     # from the middle of the hub, into a hole: as deep as it is from its edge; in its middle free by 8 - 3
