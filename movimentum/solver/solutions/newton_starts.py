@@ -5,6 +5,7 @@ turned pose.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 from numpy.typing import NDArray
@@ -313,10 +314,7 @@ def _on_its_side(
 
 def _sides(plan: Plan, one: BlockProblem) -> Sides:
     asked = {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
-    given: dict[int, FloatArray] = {}  # by time alone: written into the block's equations, and no input of it
-    for block in plan.blocks if asked else ():
-        if isinstance(block, Assign) and block.explicit and not block.inputs and not asked.isdisjoint(block.unknowns):
-            given |= zip(block.targets, map(np.asarray, block.explicit({}, one.clocks)), strict=True)
+    given = _given(plan, one, asked)
     known = {*one.block.unknowns, *one.inputs, *given}
     stated = zip(plan.system.selectors, plan.selectors, strict=True)
     own = [function for selector, function in stated if symbol_numbers(selector.value) <= known]
@@ -329,11 +327,21 @@ def _sides(plan: Plan, one: BlockProblem) -> Sides:
     return satisfied
 
 
+def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int, FloatArray]:
+    """Unknowns among ``wanted`` that time alone gives: they are written into a block's equations, no inputs."""
+    found: dict[int, FloatArray] = {}
+    for block in plan.blocks if wanted else ():
+        if isinstance(block, Assign) and block.explicit and not block.inputs and not wanted.isdisjoint(block.unknowns):
+            found |= zip(block.targets, map(np.asarray, block.explicit({}, one.clocks)), strict=True)
+    return found
+
+
 def _pull(plan: Plan, block: Free, one: BlockProblem, carry: Carry, origin: FloatArray) -> FloatArray:
     """What unknowns found before the block add to the gradient of its motion: (n,), zero where they did not move."""
     if not block.metric.coupled:
         return np.zeros(len(origin))
     there = one.completed(origin[None])
+    there = {**_given(plan, one, set(block.metric.coupled) - there.keys()), **there}
     now = np.array([first_of(there[n]) for n in block.metric.coupled])
     before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.metric.coupled])
     return block.metric.pull(now - before)
