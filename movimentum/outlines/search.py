@@ -255,6 +255,26 @@ def _inside_each_other(first: Contour, second: Contour, pose: FloatArray, found:
     return u, v, longer
 
 
+def newton_step(first: Any, second: Any, pose: Any) -> tuple[FloatArray, FloatArray]:
+    """Newton's step on the rows of a contact, for K pairs of places; 0 where it is singular. ``first``, ``second``:
+    x, y and their derivatives there. ``pose``: x, y, cosine and sine of the second one in the frame of the first.
+    """
+    x, y, c, s = pose
+    ax, ay, tx, ty, dx, dy, rx, ry = first
+    px, py, gx, gy, ex, ey, hx, hy = second
+    bx, by = x + c * px - s * py - ax, y + s * px + c * py - ay
+    gx, gy = c * gx - s * gy, s * gx + c * gy
+    ex, ey = c * ex - s * ey, s * ex + c * ey
+    hx, hy = c * hx - s * hy, s * hx + c * hy
+    f, g = tx * gy - ty * gx, bx * tx + by * ty
+    j11, j12 = rx * gy - ry * gx, tx * hy - ty * hx
+    j21, j22 = bx * rx + by * ry - dx * tx - dy * ty, ex * tx + ey * ty
+    det = j11 * j22 - j12 * j21
+    with np.errstate(all="ignore"):
+        du, dv = (f * j22 - g * j12) / det, (g * j11 - f * j21) / det
+    return np.where(np.isfinite(du), du, 0.0), np.where(np.isfinite(dv), dv, 0.0)
+
+
 def refined(
     first: Contour, second: Contour, pose: FloatArray, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -265,18 +285,7 @@ def refined(
     limits = 0.05 * first.period, 0.05 * second.period
     with np.errstate(all="ignore"):
         for _ in range(30):
-            ax, ay, tx, ty, dx, dy, rx, ry = first.values(u)
-            px, py, gx, gy, ex, ey, hx, hy = second.values(v)
-            bx, by = x + c * px - s * py - ax, y + s * px + c * py - ay
-            gx, gy = c * gx - s * gy, s * gx + c * gy
-            ex, ey = c * ex - s * ey, s * ex + c * ey
-            hx, hy = c * hx - s * hy, s * hx + c * hy
-            f, g = tx * gy - ty * gx, bx * tx + by * ty
-            j11, j12 = rx * gy - ry * gx, tx * hy - ty * hx
-            j21, j22 = bx * rx + by * ry - dx * tx - dy * ty, ex * tx + ey * ty
-            det = j11 * j22 - j12 * j21
-            du, dv = (f * j22 - g * j12) / det, (g * j11 - f * j21) / det
-            du, dv = np.where(np.isfinite(du), du, 0.0), np.where(np.isfinite(dv), dv, 0.0)
+            du, dv = newton_step(first.values(u), second.values(v), pose)
             most = np.maximum(np.maximum(abs(du) / limits[0], abs(dv) / limits[1]), 1.0)
             u, v = u - du / most, v - dv / most
             if (abs(du) <= PLACE_FOUND * first.period).all() and (abs(dv) <= PLACE_FOUND * second.period).all():

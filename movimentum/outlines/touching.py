@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, IntArray
+from movimentum.outlines.search import newton_step
 from movimentum.outlines.skin import Bends, Skin
 from movimentum.records import dataclass
 from movimentum.tolerances import BENDS_MET, LEAST_DIVISOR, OUTLINE_FAN, PLACE_FOUND, PLACES_MEET
@@ -298,19 +299,7 @@ def _two_bends(
     ox, oy = _inside(pose, np.asarray(there[0]), np.asarray(there[1]))
     moved = np.full(len(u), np.inf)
     for _ in range(40):
-        ax, ay, tx, ty, dx, dy, rx, ry = one.values(u)
-        px, py, gx, gy, ex, ey, hx, hy = other.values(v)
-        bx, by = ox + c * px - s * py - ax, oy + s * px + c * py - ay
-        gx, gy = c * gx - s * gy, s * gx + c * gy
-        ex, ey = c * ex - s * ey, s * ex + c * ey
-        hx, hy = c * hx - s * hy, s * hx + c * hy
-        f, g = tx * gy - ty * gx, bx * tx + by * ty
-        j11, j12 = rx * gy - ry * gx, tx * hy - ty * hx
-        j21, j22 = bx * rx + by * ry - dx * tx - dy * ty, ex * tx + ey * ty
-        det = j11 * j22 - j12 * j21
-        with np.errstate(all="ignore"):
-            du, dv = (f * j22 - g * j12) / det, (g * j11 - f * j21) / det
-        du, dv = np.where(np.isfinite(du), du, 0.0), np.where(np.isfinite(dv), dv, 0.0)
+        du, dv = newton_step(one.values(u), other.values(v), (ox, oy, c, s))
         most = np.maximum(np.maximum(np.abs(du) / (0.5 * wide), np.abs(dv) / (0.5 * far)), 1.0)
         u = np.clip(u - du / most, one.first[i] - wide, one.last[i] + wide)
         v = np.clip(v - dv / most, other.first[j] - far, other.last[j] + far)
