@@ -320,7 +320,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
         case Free() if block.wishes is not None:
             return f"a wish draws {names}: it is as near as can be, and solves no equation"
         case Free() if encloser.rows(block) is None:
-            return f"it is not shown that equations determine {names}: there may be no one exact motion"
+            return f"it is not shown that equations determine {names}: it may move freely, with no one exact motion"
         case Ode():
             return f"a differential equation moves {names}"
         case Velocity():
