@@ -23,9 +23,9 @@ SMALL = 4000
 """Pairs of corners and edges that are compared without leaving out any."""
 MOST_AT_ONCE = 100_000
 """The same for several poses at once."""
-OF_CIRCLE = 32
+OF_CIRCLE = 64
 """Corners of a circle, where what is round goes over hollows."""
-ROUND = 0.01
+ROUND = 0.004
 """Of its radius: how far such a circle is off, and more."""
 SLACK = 0.25
 """Of the smaller one's size: what else is looked at."""

@@ -116,3 +116,16 @@ def test_claims_about_gaps_hold_between_frames_too(bound):
     assert caught.value.diagnostics[0].code == "claim/broken"
     begin = float(re.search(r"from t = ([\d.]+)", caught.value.diagnostics[0].message)[1])
     assert begin == pytest.approx((301 - math.sqrt(7.001**2 - 49)) / 600, abs=1e-8)
+
+
+def test_what_is_round_does_not_leave_through_a_narrow_notch():
+    """Its middle would, but all of it must: up, by the depth below the edge and its radius."""
+    text = """Block : .polygon A = [100,100] B = [300,100] D = [300,300] E = [201,300] F = [201,150] G = [199,150]
+    H = [199,300] I = [100,300];
+Disc : .disc(10) C = [200,{y}];
+@0 Block.A = [100,100]; Block.angle = 0; Disc.C = [200,{y} + 5*.t];
+@1"""
+    for y in (200, 260):  # between the corners it is a little lower
+        (found,) = overlaps(text.format(y=y))
+        assert found.deepest == pytest.approx(0.0, abs=1e-6)
+        assert found.depth == pytest.approx(300 + math.sqrt(99) - y, rel=1e-3)
