@@ -42,10 +42,18 @@ class Going:
     first = FIRST_STEP
 
     def __init__(
-        self, course: PushCourse, tau: float, contacts: Sequence[PartPair], which: Rows, at: Sequence[float]
+        self,
+        course: PushCourse,
+        tau: float,
+        contacts: Sequence[PartPair],
+        which: Rows,
+        at: Sequence[float],
+        passed: frozenset[PartPair],
     ) -> None:
-        """``contacts`` are those that touch, ``which`` of them hold, at the values ``at``."""
-        self.course, self.tau = course, tau
+        """``contacts`` are those that touch, ``which`` of them hold, at the values ``at``; ``passed``:
+        see `PhaseStep`.
+        """
+        self.course, self.tau, self.passed = course, tau, passed
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
@@ -113,7 +121,7 @@ class Going:
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, begin, end)
+        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
         first = end[0]
         why = ""
         for what, tau in (("closes", step.closes()), ("leaves", step.leaves())):

@@ -164,7 +164,9 @@ class Whitened:
         for level in self.now.levels:
             slopes = level.slopes @ self.white
             along = _seen(slopes @ free, slopes)
-            off = self._let_go(free, along.T @ (slopes @ y - level.want), which)
+            missing = slopes @ y - level.want
+            large = np.linalg.norm(slopes, axis=1) * np.linalg.norm(y) + np.abs(level.want)
+            off = self._let_go(free, along.T @ np.where(np.abs(missing) > PUSH_UNSEEN * large, missing, 0.0), which)
             if len(off):
                 return off
             free = free @ _indifferent(along, slopes)

@@ -23,17 +23,20 @@ TURNED = 0.3
 
 
 class PhaseStep:
-    """One step of a phase, in which the same parts are ``held`` (``at`` these values)."""
+    """One step of a phase, in which the same parts are ``held`` (``at`` these values), and others have been ``passed``:
+    these have to open before they can close.
+    """
 
     def __init__(
         self,
         course: PushCourse,
         held: tuple[PartPair, ...],
         at: tuple[float, ...],
+        passed: frozenset[PartPair],
         begin: tuple[float, FloatArray, FloatArray],
         end: tuple[float, FloatArray, FloatArray],
     ) -> None:
-        self.course, self.held, self.values = course, held, at
+        self.course, self.held, self.values, self.passed = course, held, at, passed
         (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
         self.h = self.t1 - self.t0
         self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
@@ -126,6 +129,8 @@ class PhaseStep:
                     falls = (low > -closed) & (high < -closed) & near & turned
                     for k in np.nonzero(falls)[0].tolist():
                         contact = PartPair(g, kind, int(i[k]), int(j[k]))
+                        if low[k] <= closed and contact in self.passed:
+                            continue
                         tau = self._gap_root(contact, times[n], times[n + 1], float(low[k]) <= closed)
                         if tau is not None and (best is None or tau < best):
                             best = tau
@@ -133,6 +138,7 @@ class PhaseStep:
                         continue
                     before, after = ((t.value + margin_of(i, j))[:, None] * t.normal for t in touches[n : n + 2])
                     passing = _passes(before, after, margin_of(i, j) - margins[n][gap.push])
+                    passing &= ~contacts.sharp(g, float(margins[n][gap.push]), i, j)
                     for k in np.nonzero(passing & (low > closed) & (high > closed) & turned)[0].tolist():
                         contact = PartPair(g, kind, int(i[k]), int(j[k]))
                         tau = self._brushes(contact, times[n], times[n + 1])
