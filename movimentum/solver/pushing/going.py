@@ -11,7 +11,7 @@ from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.contacts import RATE, PartPair
-from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.course import PushCourse, Way
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
@@ -59,26 +59,29 @@ class Going:
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
         self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(numbered(which)))
-        self.free = np.eye(len(course.block.core))
+        self.way: Way | None = None
+        self.rates: list[FloatArray] = []
         self.event: Seen | None = None
 
     # --- Integrable
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """See `Integrable`."""
-        return held(self.course.instant(tau, x, self.touching, after), self.which)
+        found = held(self.course.instant(tau, x, self.touching, after), self.which)
+        self.rates = [*self.rates[-1:], found]
+        return found
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """See `Integrable`."""
-        found, good, self.free = self.course.restored(tau, x, self.held, self.at)
+        moving = self.course.moving(self.rates) if self.rates else None
+        found, good, self.way = self.course.restored(tau, x, self.held, self.at, moving)
         return found, good, tangent  # type: ignore[return-value]
 
     # --- Watch
 
     def undetermined(self, difference: FloatArray) -> FloatArray:
         """See `Watch`."""
-        course = self.course
-        return course.white @ (self.free @ (self.free.T @ (course.unwhite @ difference)))
+        return difference if self.way is None else self.way.along(difference)
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
@@ -172,31 +175,33 @@ class Going:
         return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
 
     def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, FloatArray]:
-        """The time from which on something that holds opens, or nothing may move, and the core values there."""
+        """The time from which on something that holds opens, or nothing may move, and the core values there.
+
+        Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
+        for on both sides of what is seen.
+        """
         good, bad = step.t0, until
-        for _ in range(60):
+        seen = [(until, self._opening(step, until))]
+        before = True
+        for _ in range(80):
             if bad - good <= PUSH_EVENT * step.h:
                 break
-            tau = self._guessed(step, good, bad)
-            if self._opens(tau, step.at(tau)) is None:
-                good = tau
-            else:
+            tau = 0.5 * (good + bad)
+            if len(seen) > 1:
+                (first, small), (second, large) = seen[-1], seen[-2]
+                begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
+                aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
+                begin = begin - aside if before else begin + aside
+                tau = begin if good < begin < bad else tau
+            opens = self._opens(tau, step.at(tau)) is not None
+            before = opens
+            if opens:
                 bad = tau
+                seen.append((tau, self._opening(step, tau)))
+            else:
+                good = tau
         return bad, step.at(bad)
 
-    def _guessed(self, step: PhaseStep, good: float, bad: float) -> float:
-        """Where opening, which grows evenly from zero at first, seems to begin."""
-        middle = 0.5 * (good + bad)
-        first, second = self._opening(step, middle), self._opening(step, bad)
-        if first is None or second is None or not 0.0 < first < second:
-            return middle
-        tau = middle - first * (bad - middle) / (second - first)
-        aside = PUSH_ASIDE * (bad - good)
-        return tau + 0.01 * abs(middle - tau) if good + aside < tau < middle else middle
-
-    def _opening(self, step: PhaseStep, tau: float) -> float | None:
+    def _opening(self, step: PhaseStep, tau: float) -> float:
         found = moved(self._now(tau, step.at(tau)), self.which)
-        if found.v is None:
-            return None
-        held_ = numbered(self.which)
-        return max((float(found.opening[k]) for k in held_), default=None)
+        return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))

@@ -53,7 +53,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
             break
-        phases.append(Phase(tau, going.held, going.at))
+        phases.append(Phase(tau, going.held, going.at, np.ones(len(x), dtype=np.bool_)))
         events += _changes(contacts, before, going.held, tau)
         before = going.held
         if len(phases) > MOST_EVENTS or stands > AT_ONCE:
@@ -64,6 +64,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
         grid = np.concatenate([[tau], nodes[nodes > tau]])
         part = drift(going, x, course.scale, grid, end, FREE_MOTION_STEP, watch=going)
         parts.append(part)
+        phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
         event = going.event
         if event is None:
             if part.until < end:
