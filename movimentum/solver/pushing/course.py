@@ -17,7 +17,7 @@ from movimentum.solver.block.scaling import Damping, null_space, scaled
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_RESTS_FOR_LONG, PUSH_ROUNDING, RESTORED
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
 KEPT = 8
 """Instants whose problems are kept."""
@@ -149,7 +149,7 @@ class PushCourse:
         contacts: Sequence[PartPair],
         at: Sequence[float],
         moving: BoolArray | None = None,
-    ) -> tuple[FloatArray, bool, Way]:
+    ) -> tuple[FloatArray, bool, Leeway]:
         """The core values nearest to ``x`` (n,) that satisfy the equations, and have these contacts ``at`` these
         values; whether they do; and what is left free there. What is not ``moving`` stays, if it can.
         """
@@ -164,19 +164,20 @@ class PushCourse:
 
     def _restored(
         self, problem: BlockProblem, x: FloatArray, some: Sequence[PartPair], wanted: FloatArray, moving: BoolArray
-    ) -> tuple[FloatArray, bool, Way]:
+    ) -> tuple[FloatArray, bool, Leeway]:
         frame = self._frames.get(moving.tobytes())
         if frame is None:
             frame = self._frames[moving.tobytes()] = self.block.metric.among(moving)
         white, back = frame
         best, found, free = np.inf, x, np.eye(white.shape[1])
+        inverse: FloatArray | None = None
         for _ in range(14):
             lines = self.contacts.lines(some, problem, x[None])
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
-            wide, lengths = scaled((rows @ white)[None], np.ones(white.shape[1]))
+            wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))
             if not (np.isfinite(wide).all() and np.isfinite(residual).all()):
-                return found, False, Way(white, back, free)
+                return found, False, Leeway(white, back, free)
             plain = np.maximum(np.max(np.abs(rows) * self.scale, axis=1), LEAST_DIVISOR)
             error = float(np.max(np.abs(residual) / plain, initial=0.0))
             if not error < 0.5 * best:
@@ -184,15 +185,16 @@ class PushCourse:
                     found, best = x, error
                 break
             found, best = x, error
-            _, free, inverse = null_space(wide[0])
-            if error <= PUSH_ROUNDING:
+            if error <= PUSH_RESTORED and inverse is not None:
                 break
+            if error > PUSH_NEARLY or inverse is None:
+                _, free, inverse = null_space(wide[0])
             x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
-        return found, best <= RESTORED, Way(white, back, free)
+        return found, best <= RESTORED, Leeway(white, back, free)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class Leeway:
     """The directions ``free`` (k, f), in unknowns that are ``white`` (n, k) of the core's (``back``: (k, n))."""
 
     white: FloatArray

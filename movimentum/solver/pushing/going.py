@@ -11,7 +11,7 @@ from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.contacts import RATE, PartPair
-from movimentum.solver.pushing.course import PushCourse, Way
+from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
@@ -58,8 +58,8 @@ class Going:
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
-        self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(numbered(which)))
-        self.way: Way | None = None
+        self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
+        self.leeway: Leeway | None = None
         self.rates: list[FloatArray] = []
         self.event: Seen | None = None
 
@@ -74,14 +74,14 @@ class Going:
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """See `Integrable`."""
         moving = self.course.moving(self.rates) if self.rates else None
-        found, good, self.way = self.course.restored(tau, x, self.held, self.at, moving)
+        found, good, self.leeway = self.course.restored(tau, x, self.held, self.at, moving)
         return found, good, tangent  # type: ignore[return-value]
 
     # --- Watch
 
     def undetermined(self, difference: FloatArray) -> FloatArray:
         """See `Watch`."""
-        return difference if self.way is None else self.way.along(difference)
+        return difference if self.leeway is None else self.leeway.along(difference)
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
@@ -138,6 +138,7 @@ class Going:
             first, last = self._first_opening(step, first)
             opened = self._opens(first, last) or opened
         if opened is None and not why:
+            self._forget(*end[:2])
             return None
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
@@ -160,16 +161,23 @@ class Going:
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), ()
 
+    def _forget(self, tau: float, x: FloatArray) -> None:
+        """Leave out what has opened since the phase began: it has to close before it holds."""
+        if not self.loose:
+            return
+        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).values
+        loose = set(self.loose)
+        near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
+        self.loose = tuple(contact for contact in near if contact in loose)
+        self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
+
     def _now(self, tau: float, x: FloatArray) -> Instant:
         """The instant, without contacts that have opened since the phase began."""
         now, lines = self.course.seen(tau, x, self.touching, False)
-        loose = [k for k, contact in enumerate(self.touching) if contact in self.loose and contact.gap != RATE]
-        gone = [k for k in loose if lines.values[k] > self.course.closed]
+        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > self.course.closed]
         if not gone:
             return now
-        least = now.least.copy()
-        least[gone] = -np.inf
-        rows = now.pushes.copy()
+        least, rows = now.least.copy(), now.pushes.copy()
         rows[gone] = 0.0
         least[gone] = 0.0
         return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)

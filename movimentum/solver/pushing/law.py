@@ -180,11 +180,12 @@ class Whitened:
         unit = rows[some] / lengths[some, None]
         if not len(unit):
             return which[:0]
-        borne = unit.T @ np.linalg.lstsq(unit.T, gradient, rcond=PUSH_RANK)[0]  # the rest is free to be followed
+        forces = np.asarray(np.linalg.lstsq(unit.T, gradient, rcond=PUSH_RANK)[0], dtype=np.float64)
+        borne = np.asarray(unit.T @ forces, dtype=np.float64)  # the rest is free to be followed
         size = float(np.linalg.norm(borne))
         if size <= PUSH_HOLDS * float(np.linalg.norm(gradient)):
             return which[:0]
-        opening = unit @ (unit.T @ non_negative(unit.T, borne / size) - borne / size)
+        opening: FloatArray = unit @ (unit.T @ non_negative(unit.T, borne / size) - borne / size)
         return which[some][opening > PUSH_HOLDS]
 
     def _open(self, free: FloatArray) -> Rows:
