@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.interactive.formula import lowered_in, to_sympy
+from movimentum.analysis.interactive.formula import has_long_table, lowered_in, to_sympy
 from movimentum.arrays import FloatArray
 from movimentum.equations.program import (
     RESERVED,
@@ -68,6 +68,10 @@ class StageMaker:
         for block in blocks:
             if isinstance(block, Free | Integral | Ode) or (isinstance(block, Newton) and not block.is_square):
                 raise self._none(block)
+            if has_long_table(*(plan.system.equations[e].residual for e in block.equations)):
+                raise self._none(block, "follows a curve, or a long table")
+        if has_long_table(*roots):
+            raise NoProgram("a value reads a curve, or a long table, and has no formula")
         for block in blocks:
             self._take(block)
         system = plan.system
@@ -167,9 +171,9 @@ class StageMaker:
             case _:
                 raise self._none(block)
 
-    def _none(self, block: Block) -> NoProgram:
+    def _none(self, block: Block, what: str = "comes from an integral") -> NoProgram:
         system = self.motion.plan.system
-        what, reasons = "comes from an integral", [system.equations[e].constraint for e in block.equations]
+        reasons = [system.equations[e].constraint for e in block.equations]
         if isinstance(block, Free):
             what = "moves freely, or follows a wish"
             wishes = [wish.constraint for wish in system.wishes if wish.about & set(block.unknowns)]

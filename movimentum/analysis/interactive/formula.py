@@ -297,6 +297,19 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
     return made[root]
 
 
+def is_long(table: Table) -> bool:
+    """Whether a table is too long to be told as pieces."""
+    return len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC
+
+
+def has_long_table(*expressions: Expr) -> bool:
+    """Whether expressions have a place on a curve, or a table that `is_long`, so that there is no formula."""
+    return any(
+        node.op in ("nearest", "nearest-turned") or (isinstance(node.payload, Table) and is_long(node.payload))
+        for node in walk(*expressions)
+    )
+
+
 @cache
 def _functions() -> dict[str, Callable[..., Any]]:
     import sympy
@@ -350,7 +363,7 @@ class _Formulas:
 
     def table(self, u: Any, table: Table) -> Any:
         """The pieces of a short table; a function with the name of a longer one."""
-        if len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC:
+        if is_long(table):
             return self.sympy.Function(repr(table))(u)
         exact = self._number
         coefficients, rows = table.pieces.coefficients, [exact(x) for x in table.x]
