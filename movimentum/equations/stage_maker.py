@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ class StageMaker:
             if not isinstance(one, Expr):
                 raise NoProgram(one.words)
             roots.append(one)
-        blocks = plan.blocks if self.whole else self._needed(symbol_numbers(*roots))
+        blocks = plan.blocks if self.whole else [plan.blocks[k] for k in plan.behind(symbol_numbers(*roots))]
         for block in blocks:
             if isinstance(block, Free | Integral | Ode) or (isinstance(block, Newton) and not block.is_square):
                 raise self._none(block)
@@ -85,19 +85,6 @@ class StageMaker:
         )
         start, statements = float(system.segment.start), tuple(self.statements)
         return StageProgram(start, self.end, statements, outputs, tuple(self.loops), tuple(self.forks), choices, checks)
-
-    def _needed(self, numbers: Iterable[int]) -> list[Block]:
-        plan = self.motion.plan
-        found: set[int] = set()
-        stack = list(numbers)
-        while stack:
-            owner = plan.owner.get(stack.pop())
-            if owner is not None and owner not in found:
-                found.add(owner)
-                block = plan.blocks[owner]
-                used = symbol_numbers(*(plan.system.equations[e].residual for e in block.equations))
-                stack.extend(used | block.inputs)
-        return [plan.blocks[number] for number in sorted(found)]
 
     def name(self, unknown: int) -> str:
         """The identifier of an unknown."""
