@@ -9,6 +9,7 @@ from movimentum.expressions.expr import (
     ONE,
     ZERO,
     Expr,
+    Occurring,
     add,
     clock,
     const,
@@ -27,7 +28,8 @@ from movimentum.expressions.operations import OPERATIONS, Operation, call, evalu
 from movimentum.expressions.walk import named_origins, rebuild, substitute, symbols, walk
 
 __all__ = [
-    "ONE", "OPERATIONS", "RADIANS", "ZERO", "Expr", "Operation", "add", "call", "clock", "const", "derivative",
+    "ONE", "OPERATIONS", "RADIANS", "ZERO", "Expr", "Occurring", "Operation", "add", "call", "clock", "const",
+    "derivative",
     "div", "evaluate_op", "integral", "mul", "named_origins",
     "neg", "power", "progress", "ratio", "rebuild", "sub", "substitute",
     "symbol", "symbols", "walk",

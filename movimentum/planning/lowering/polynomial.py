@@ -23,8 +23,8 @@ def _accumulate(into: Polynomial, monomial: Monomial, coefficient: Expr) -> None
     old = into.get(monomial)
     if old is None:
         total = coefficient
-    elif old == neg(coefficient) or coefficient == neg(old):
-        total = ZERO
+    elif old.value is not None and coefficient.value is not None and old.value == -coefficient.value:
+        total = ZERO  # infinite ones, too
     else:
         total = add(old, coefficient)
     if total.value == 0.0:
