@@ -28,6 +28,8 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, VariableComponent
 from movimentum.solver.segment_motion import SegmentMotion
 
+Numbers = tuple[dict[float, list[Expr]], dict[float, list[Expr]]]
+"""Constants by their floats: of a mechanism's equations, and of all statements (see `numbers`)."""
 MOST_LOWERING = 3_000_000
 """Products of terms that making a tower may take."""
 SPARE = 10
@@ -58,6 +60,7 @@ class Chain:
     choice: int = 0
     blocks: frozenset[int] = frozenset()
     constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
+    numbers: Numbers | None = None
     poses: dict[tuple[int, float], TowerPoint] = field(default_factory=dict[tuple[int, float], TowerPoint])
 
     tower: Tower = field(init=False)

@@ -54,8 +54,8 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
             chain.point.settle()
             here = [as_float(over(chain.point.at(each.top), chain.point.at(each.bottom))) for each in (x, y)]
             return curve_of(chain, x, y, here, end)
-        except NoBall:
-            reason = "the film's poses are special ones: the mechanism is at a dead point, or two solutions meet"
+        except NoBall as special:
+            reason = special.told
         except Late as late:
             reason = f"it takes more than {seconds:g} s; `--seconds` gives more time"
             reason += f" ({late})" if str(late) else ""

@@ -14,10 +14,8 @@ from movimentum.equations import code, formulas, told
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.curve import curve
 from movimentum.workflow.equations import program_of
 from movimentum.workflow.read import read
-from movimentum.workflow.stages import arranged, solved, understand
 from tests.command import ROOT, movimentum
 
 SCRIPTS = ROOT / "scripts"
@@ -147,30 +145,6 @@ def test_geogebra_read_back():
 def test_what_follows_a_wish_has_no_program():
     with pytest.raises(ScriptError, match="follows a wish"):
         program_of(read(str(SCRIPTS / "peaucellier-linkage.mov")), Choices(), ())
-
-
-@pytest.mark.parametrize(
-    ("name", "anchor", "degree"),
-    [("four-bar", "Coupler.P", 6), ("peaucellier", "AP.P", 1), ("hart", "Up.Q", 1), ("trammel", "Rod.P", 2),
-     pytest.param("klann", "Leg.F", 18, marks=pytest.mark.slow)],
-)  # fmt: skip
-def test_the_path_lies_on_its_curve(name, anchor, degree):
-    source = read(str(SCRIPTS / f"{name}.mov"))
-    found = curve(source, Choices(), anchor, 120.0)
-    assert found.degree == degree
-    thing, _, spot = anchor.rpartition(".")
-    motion = solved(arranged(understand(source), Choices()), Choices()).motion
-    body = next(each for each in motion.timeline.scene.things if each.name == thing)
-    local = next(each.local for each in body.anchors if each.name == spot)
-    points = motion.poses(0, motion.timeline.frame_count).world(body.number, local)
-    import sympy
-
-    x, y = sympy.symbols("x y")
-    p = sympy.Poly(found.equation, x, y)
-    for u, v in points[:: max(1, len(points) // 12)]:
-        at = {x: sympy.Rational(float(u)), y: sympy.Rational(float(v))}
-        slope = max(abs(float(p.diff(g).as_expr().subs(at))) for g in (x, y))
-        assert abs(float(p.as_expr().subs(at))) <= 1e-9 * slope * 300
 
 
 def test_a_curve_on_the_command_line():

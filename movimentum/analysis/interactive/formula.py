@@ -287,7 +287,8 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
             continue
         if node.op == "const":
             origin = node.origin
-            made[node] = sympy.Rational(_decimal(node.value)) if origin is None else to_sympy(origin, leaf, made)
+            stated = origin is None or origin.op in ("pi", "rational")
+            made[node] = sympy.Rational(_decimal(node.value)) if stated else to_sympy(origin, leaf, made)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
         else:
