@@ -134,12 +134,13 @@ def _blocks(
     known: set[int] = set()
     constants: dict[int, Expr] = {}
     folded = list(system.equations)
+    so_far = replace(system, equations=folded)
     for group in groups:
         look()
         for e in group.equations:
             folded[e] = _folded(folded[e], constants)
         number, rows = len(blocks), [folded[e] for e in group.equations]
-        make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
+        make = partial(make_block, number, so_far, group, clocks, moving, size)
         if any(row.form is Form.VELOCITY for row in rows):
             make = partial(velocity_block, number, system, group, blocks)
         key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
@@ -149,7 +150,7 @@ def _blocks(
         if group.pushed:
             from movimentum.planning.blocks.pushed import pushed
 
-            block = pushed(block, replace(system, equations=folded), clocks, size)
+            block = pushed(block, so_far, clocks, size)
         blocks.append(block)
         known |= set(block.unknowns)
         if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
