@@ -126,8 +126,8 @@ class Going:
         """See `Watch`."""
         step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
         closes, leaves = step.closes(), step.leaves()
-        if closes is not None and leaves is not None and leaves > closes[0] and step.is_closed(closes[1], leaves):
-            closes = None  # at a corner: what leaves its parts makes room for what closes
+        if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
+            closes = None
         first, leaving = end[0] if closes is None else closes[0], False
         if leaves is not None and leaves <= first:
             first, leaving = leaves, True

@@ -12,7 +12,7 @@ from movimentum.outlines.touching import KINDS, KNOBS, measured
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.course import PushCourse
-from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
+from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_ALIKE, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
 
 SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where within a step outlines are looked at."""
@@ -230,9 +230,15 @@ class PhaseStep:
         slack = self._slack(some, self.t1)
         return min((self._slack_root([some[k]]) for k in np.nonzero(slack < 0.0)[0].tolist()), default=None)
 
-    def is_closed(self, contact: PartPair, tau: float) -> bool:
-        """Whether something that comes to touch is no deeper than touching at a time."""
-        return self._value(contact)(tau) >= -self.course.closed
+    def replaces(self, contact: PartPair, tau: float) -> bool:
+        """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
+        holds pushes just as it would.
+        """
+        lines = self.course.contacts.lines([contact, *self.held], self.course.at(tau), self.at(tau)[None])
+        rows = np.concatenate([lines.slopes, lines.known], axis=1)
+        rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), LEAST_DIVISOR)
+        alike = np.linalg.norm(rows[1:] - rows[0], axis=1) <= PUSH_ALIKE
+        return bool(alike.any()) and lines.values[0] >= -self.course.closed
 
     def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
         """How far contacts are inside their parts."""
