@@ -463,8 +463,16 @@ GAP_TOUCHES = 1e-9
 overlaps that follow each other after no more than this are one."""
 GAP_CLOSED = 1e-13
 """Of the scene's size: a distance that is less is 0 where its root is looked for; poses are known to as much."""
+TRACK_FOLLOWS = 1e-12
+"""Of the scene's size: how far a polynomial through poses may be from another pose, if it tells all poses between."""
+TRACK_NOISE = 1e-7
+"""Of the scene's size: poses that are off a polynomial by less, and no less in half its interval, are not known better;
+integrated ones are known to about 1e-8.
+"""
 GAP_FLAT = 1e-12
 """Of the scene's size: a depth that changes by no more around its greatest value is known."""
+ROUGH_FLAT = 1e-4
+"""Of a depth of outlines that are not convex, which is told to four digits: the same."""
 INSTANT_ROUNDS = 1e-14
 """Of the time: two instants between which there is hardly another float."""
 EDGES_CROSS = 1e-3
@@ -487,6 +495,8 @@ FACETS_TOUCH = 1e-10
 """Of an outline's size: polygons that overlap by no more touch; what parts them is found to about 1e-13."""
 PLACES_MEET = 1e-9
 """Of an outline's size, and of directions: what the rows of a contact may be off where Newton's method has found it."""
+PLACE_ROUNDS = 1e-10
+"""Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 
@@ -978,6 +988,10 @@ PUSH_OVERLAP = 1e-7
 """Of the scene's size: things that begin with a deeper overlap begin inside each other."""
 PUSH_ROUNDING = 1e-16
 """Of the unknowns' scale, and of the largest force: nothing is smaller than that but rounding."""
+PUSH_RESTORED = 1e-15
+"""Relative residual: what is nearer to its equations than that is on them, but for rounding."""
+PUSH_NEARLY = 1e-7
+"""Relative residual below which the slopes of the step before will do to come back onto the equations."""
 PUSH_RANK = 1e-13
 """Of the largest singular value: inequalities that depend on each other."""
 PUSH_SLOPE = 1e-11

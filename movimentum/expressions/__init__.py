@@ -10,6 +10,7 @@ from movimentum.expressions.expr import (
     PI,
     ZERO,
     Expr,
+    Occurring,
     StatedNumber,
     add,
     as_stated,
@@ -33,7 +34,7 @@ from movimentum.expressions.rational import rational_value, root_of
 from movimentum.expressions.walk import named_origins, rebuild, substitute, symbols, walk
 
 __all__ = [
-    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "Operation", "StatedNumber",
+    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "Occurring", "Operation", "StatedNumber",
     "add", "as_stated", "call", "clock", "const", "derivative",
     "div", "evaluate_op", "folded", "integral", "mul", "named_origins",
     "neg", "power", "progress", "ratio", "rational_value", "rebuild", "root_of", "same", "sub", "substitute",

@@ -44,47 +44,95 @@ from fractions import Fraction
 from movimentum.expressions.rational import rational_value
 
 
+class Occurring:
+    """What there may be in an expression that somebody looks for; see `Expr.occurring`. Plain numbers: an operation of
+    flags takes as long as making a node.
+    """
+
+    TIME = 1
+    """A clock or an integral."""
+    PHASE = 2
+    """A function of an angle, or a table."""
+    DIVISION = 4
+    """Something that has a divisor: a quotient, a tangent, a power."""
+    PARTIAL = 8
+    """An operation that is not defined, or not finite, everywhere."""
+    LASTING = 16
+    """A leaf that the timeline replaces."""
+
+
+_OCCURRING: dict[str, int] = {
+    **dict.fromkeys(("clock", "integral"), Occurring.TIME),
+    **dict.fromkeys(("sind", "cosd"), Occurring.PHASE),
+    **dict.fromkeys(("lifetime", "progress"), Occurring.LASTING),
+    **dict.fromkeys(("sqrt", "asind", "acosd", "exp", "ln", "mod"), Occurring.PARTIAL),
+    "tand": Occurring.PHASE | Occurring.DIVISION | Occurring.PARTIAL,
+    "table": Occurring.PHASE | Occurring.PARTIAL,
+    "div": Occurring.DIVISION | Occurring.PARTIAL,
+    "pow": Occurring.DIVISION | Occurring.PARTIAL,
+}
+
+
 class Expr:
     """One node; build it with the functions of this package, which fold constants.
 
     ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits while
-    the const's is rounded; it does not belong to the identity of the node (equality, pickles). One that is 0, 1 or -1
-    has none if it is exactly that number, and only then it is left out of sums and products. The ``origin`` of a power
-    is its exponent, where no float is. ``timed``: there is a
-    clock or an integral in it. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by
-    `walk.symbols`, once asked for.
+    the const's is rounded; it does not belong to the identity of the node (equality, pickles), and is made when it is
+    first asked for. One that is 0, 1 or -1 has none if it is exactly that number, and only then it is left out of sums
+    and products. The ``origin`` of a power is its exponent, where no float is. ``occurring``: what there is in it of
+    `Occurring`. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by `walk.symbols`, once
+    asked for.
     """
 
-    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload", "symbols_below", "timed", "value")
+    __slots__ = ("_hash", "_origin", "args", "depth", "occurring", "op", "payload", "symbols_below", "value")
 
     op: str
     args: tuple[Expr, ...]
     payload: Hashable
     depth: int
-    origin: Expr | None
-    timed: bool
+    occurring: int
     value: float | None
     symbols_below: frozenset[Hashable] | None
+    _origin: Expr | tuple[str, tuple[Expr, ...]] | None
 
     def __init__(
-        self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None, origin: Expr | None = None
+        self,
+        op: str,
+        args: tuple[Expr, ...] = (),
+        payload: Hashable = None,
+        origin: Expr | tuple[str, tuple[Expr, ...]] | None = None,
     ) -> None:
         self.op = op
         self.args = args
         self.payload = payload
-        self.origin = origin
-        depth = 0
-        timed = op in ("clock", "integral")
-        for arg in args:
-            if arg.depth > depth:
-                depth = arg.depth
-            if arg.timed:
-                timed = True
-        self.depth = depth + 1
-        self.timed = timed
-        self.value = payload if op == "const" and isinstance(payload, float) else None
+        self._origin = origin
+        occurring = _OCCURRING.get(op, 0)
+        if args:
+            depth = 0
+            for arg in args:
+                if arg.depth > depth:
+                    depth = arg.depth
+                occurring |= arg.occurring
+            self.depth = depth + 1
+            self.value = None
+        else:
+            self.depth = 1
+            self.value = payload if op == "const" and isinstance(payload, float) else None
+        self.occurring = occurring
         self.symbols_below = None
         self._hash = hash((op, args, payload))
+
+    @property
+    def timed(self) -> bool:
+        """Whether there is a clock or an integral in it."""
+        return bool(self.occurring & Occurring.TIME)
+
+    @property
+    def origin(self) -> Expr | None:
+        """The operation that a const was folded from; None for one that was stated, and for any other node."""
+        if isinstance(self._origin, tuple):
+            self._origin = Expr(*self._origin)
+        return self._origin
 
     def __hash__(self) -> int:
         return self._hash
@@ -163,11 +211,11 @@ def ratio(value: Fraction) -> Expr:
     return const(nearest) if Fraction(repr(nearest)) == value else folded(nearest, Expr("rational", (), value))
 
 
-def folded(value: float, origin: Expr) -> Expr:
+def folded(value: float, origin: Expr | tuple[str, tuple[Expr, ...]]) -> Expr:
     """The const that an operation on numbers is; without its origin if it is exactly 0, 1 or -1."""
     node = Expr("const", (), value + 0.0, origin)
     if value in _NEUTRAL and rational_value(node) == value:
-        node.origin = None
+        node._origin = None  # pyright: ignore[reportPrivateUsage]
     return node
 
 
@@ -175,12 +223,12 @@ _NEUTRAL = (0.0, 1.0, -1.0)
 
 
 def _fold(value: float, op: str, *args: Expr) -> Expr:
-    return folded(value, Expr(op, args))
+    return folded(value, (op, args))
 
 
 def _is(node: Expr, number: float) -> bool:
     """Whether a node is exactly a number (see `Expr.origin`)."""
-    return node.value == number and node.origin is None
+    return node.value == number and node._origin is None  # pyright: ignore[reportPrivateUsage]
 
 
 def same(a: Expr, b: Expr) -> bool:
@@ -253,6 +301,8 @@ def mul(a: Expr, b: Expr) -> Expr:
     if a.value is not None and b.value is not None:
         if _is(a, 0.0) or _is(b, 0.0):
             return ZERO  # whatever the other was computed from
+        if _is(a, 1.0) or _is(b, 1.0):
+            return b if _is(a, 1.0) else a
         return _fold(a.value * b.value, "mul", a, b)
     if b.value is not None:
         a, b = b, a

@@ -9,7 +9,6 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -94,6 +93,8 @@ class Table:
         digest: bytes = b"",
         slopes: FloatArray | None = None,
     ) -> None:
+        import hashlib  # few scripts have a table
+
         self.x, self.y, self.smooth, self.ends, self.spelled = x, y, smooth, ends, spelled
         self.order, self.side, self.slopes = order, side, slopes
         more = b"" if slopes is None else slopes.tobytes()

@@ -120,6 +120,8 @@ class Geneva:
         engaged = np.abs(phi) < 0.5 * math.pi - self.half
         inside = engaged & (far < 100.0 * math.cos(self.half) - 2.0 * self.pin - self.play)
         pushed = -(direction + self.half) + lag  # the wheel turns against the crank
+        # until the pin has crossed the play it rests: at 0 first, and afterwards where the pin has left it
+        pushed = np.where(pushed <= 0.0, pushed, np.where(turn == 0, 0.0, np.nan))
         before = -2.0 * self.half * turn
         # it rests where it was left: as far as the pin has pushed it when it leaves the slot
         return np.where(inside, np.degrees(before + pushed), np.nan)

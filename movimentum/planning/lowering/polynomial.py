@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, same, sub, symbol, symbols, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, symbol, symbols, walk
 from movimentum.planning.lowering.unknowns import unknown_number
 
 Monomial = tuple[int, ...]
@@ -23,8 +23,8 @@ def _accumulate(into: Polynomial, monomial: Monomial, coefficient: Expr) -> None
     old = into.get(monomial)
     if old is None:
         total = coefficient
-    elif same(old, neg(coefficient)) or same(coefficient, neg(old)):
-        total = ZERO
+    elif old.value is not None and coefficient.value is not None and old.value == -coefficient.value:
+        total = ZERO  # infinite ones, too
     else:
         total = add(old, coefficient)
     if total.value == 0.0:
