@@ -990,6 +990,12 @@ PUSH_OVERLAP = 1e-7
 """Of the scene's size: things that begin with a deeper overlap begin inside each other."""
 PUSH_ROUNDING = 1e-16
 """Of the unknowns' scale, and of the largest force: nothing is smaller than that but rounding."""
+PUSH_ALIKE = 1e-6
+"""Of their length: how far the slopes of two contacts differ at most that push alike."""
+PUSH_RESTORED = 1e-15
+"""Relative residual: what is nearer to its equations than that is on them, but for rounding."""
+PUSH_NEARLY = 1e-7
+"""Relative residual below which the slopes of the step before will do to come back onto the equations."""
 PUSH_RANK = 1e-13
 """Of the largest singular value: inequalities that depend on each other."""
 PUSH_SLOPE = 1e-11

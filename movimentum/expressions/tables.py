@@ -9,7 +9,6 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -96,6 +95,8 @@ class Table:
         slopes: FloatArray | None = None,
         bends: FloatArray | None = None,
     ) -> None:
+        import hashlib  # few scripts have a table
+
         self.x, self.y, self.smooth, self.ends, self.spelled = x, y, smooth, ends, spelled
         self.order, self.side, self.slopes, self.bends = order, side, slopes, bends
         more = b"".join(each.tobytes() for each in (slopes, bends) if each is not None)

@@ -104,8 +104,7 @@ def _knob_knob(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
     far = np.hypot(x - u, y - v)
     dx, dy = (x - u) / np.maximum(far, LEAST_DIVISOR), (y - v) / np.maximum(far, LEAST_DIVISOR)
     fan = np.minimum(_fan(a, pose, -dx, -dy), _fan(b, there, dx, dy))
-    sharp = a[:, 2] + b[:, 2] <= 0.0  # tips pass each other, or meet edges
-    fan = np.where(sharp | (far <= LEAST_DIVISOR), -np.inf, fan)
+    fan = np.where(far <= LEAST_DIVISOR, -np.inf, fan)
     return Touch(far - a[:, 2] - b[:, 2], np.full(len(far), np.inf), fan, np.stack([x, y], 1), np.stack([dx, dy], 1))
 
 

@@ -18,11 +18,27 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, ratio, sub, substitute, symbol, symbols
+from movimentum.expressions import (
+    PI,
+    ZERO,
+    Expr,
+    add,
+    as_stated,
+    call,
+    const,
+    div,
+    mul,
+    neg,
+    ratio,
+    sub,
+    substitute,
+    symbol,
+    symbols,
+)
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
-from movimentum.scene.pairs import belt_radius
+from movimentum.scene.pairs import belt_radius, stated_belt_radius
 from movimentum.scene.values import from_line
 from movimentum.things.kinds.toothed import RACK
 from movimentum.timeline.joints import Direction, Joints, value_at
@@ -152,19 +168,19 @@ class Trains:
         turned = sub(sub(_tooth_direction(rack), const(90.0)), _tooth_direction(gear))
         fixed = sub(mul(const(-teeth), turned), const(180.0))
         factors = {rack.number: Fraction(-teeth), gear.number: Fraction(teeth)}
-        unit = 360.0 / (math.pi * module)
+        unit = div(const(360.0), mul(PI, as_stated(module)))
         here = joints.known(AnchorRef(rack.number, 0)) or begin.local
         there = joints.known(AnchorRef(gear.number, 0)) or gear.anchors[0].local
         angle = math.radians(rack.tooth_direction)
         drawn = (there[0] - here[0]) * math.cos(angle) + (there[1] - here[1]) * math.sin(angle)
-        drawn = unit * drawn + (fixed.value or 0.0)
-        return _Form(factors, add(mul(const(unit), along or ZERO), fixed), drawn)
+        drawn = (unit.value or 0.0) * drawn + (fixed.value or 0.0)
+        return _Form(factors, add(mul(unit, along or ZERO), fixed), drawn)
 
     def _belt(self, pair: GearPair, direction: Direction) -> Expr:
         """How far the second is turned beyond where the belt has it."""
-        r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
-        quotient = div(const(-r1 if pair.crossed else r1), const(r2))
-        turned = sub(direction.value, const(direction.drawn))
+        r1, r2 = (stated_belt_radius(self._scene.things[t]) for t in (pair.first, pair.second))
+        quotient = div(neg(r1) if pair.crossed else r1, r2)
+        turned = ZERO if direction.value.value is not None else sub(direction.value, const(direction.drawn))
         theta1, theta2 = symbol(ThingAngle(pair.first)), symbol(ThingAngle(pair.second))
         return add(sub(theta2, mul(quotient, theta1)), mul(sub(quotient, const(1.0)), turned))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from movimentum.expressions import ZERO, Expr, div, neg, substitute, symbol, walk
+from movimentum.expressions import ZERO, Expr, Occurring, div, neg, substitute, symbol, walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -71,7 +71,7 @@ class _Making:
         timed = any(node.op == "clock" for node in walk(*(root for root in roots if root.timed)))
         phases = {  # a dict for its order
             phase: None
-            for node in walk(*roots)
+            for node in walk(*(root for root in roots if root.occurring & Occurring.PHASE))
             for phase in phases_of(node)
             if not symbol_numbers(phase) & unknowns.union(self.states)
         }
@@ -179,11 +179,8 @@ def _assigned(making: _Making, residual: Expr) -> Assign | None:
     return _assign_block(making, (), [(unknown, div(neg(rest), slope))])
 
 
-_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod", "table"}
-
-
 def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]]) -> Assign:
-    partial = any(node.op in _PARTIAL for node in walk(*(expr for _, expr in explicit)))
+    partial = any(expr.occurring & Occurring.PARTIAL for _, expr in explicit)
     return Assign(**making.common(core, explicit, []), formulas=tuple(explicit), partial=partial)
 
 

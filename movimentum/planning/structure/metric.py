@@ -55,6 +55,17 @@ class Metric:
         factor = np.asarray(np.linalg.cholesky(self.dense), dtype=np.float64)
         return np.asarray(np.linalg.inv(factor).T, dtype=np.float64), 1.0 / np.sqrt(np.diag(self.dense))
 
+    def among(self, some: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        """The W (n, k) with W' M W = 1 that moves nothing but ``some`` (n,) of the unknowns, and the (k, n) that undoes
+        it.
+        """
+        places = np.nonzero(some)[0]
+        factor = np.asarray(np.linalg.cholesky(self.dense[np.ix_(places, places)]), dtype=np.float64)
+        white, back = np.zeros((self.size, len(places))), np.zeros((len(places), self.size))
+        white[places] = np.linalg.inv(factor).T
+        back[:, places] = factor.T
+        return white, back
+
     def applied(self, v: FloatArray) -> FloatArray:
         """M v (n,) for v (n,)."""
         rows, columns, values = self.form

@@ -77,17 +77,22 @@ class PushingKernel(Kernel[Pushing]):
         for number in np.unique(of_phase):
             some = np.nonzero(of_phase == number)[0]
             own = problem.at(some, len(instants))
-            x[some], good[some] = _on_contacts(contacts, own, guess[some], track.phases[int(number)])
+            phase = track.phases[int(number)]
+            x[some], good[some] = _on_contacts(contacts, own, guess[some], phase, phase.moving)
+            if not good[some].all():
+                again = some[~good[some]]
+                own = problem.at(again, len(instants))
+                x[again], good[again] = _on_contacts(contacts, own, guess[again], phase, np.ones_like(phase.moving))
         for j, n in enumerate(block.core):
             state[n] = x[:, j]
         return ~good | (instants.tau > track.until)
 
 
 def _on_contacts(
-    contacts: Contacts, problem: BlockProblem, x: FloatArray, phase: Phase
+    contacts: Contacts, problem: BlockProblem, x: FloatArray, phase: Phase, moving: BoolArray
 ) -> tuple[FloatArray, BoolArray]:
     """The core values (F, n) nearest to ``x`` that satisfy the equations and are held by the contacts of a phase; and
-    whether they do.
+    whether they do. What is not ``moving`` stays.
     """
     kept = [k for k, value in enumerate(phase.at) if not np.isnan(value)]
     held, wanted = [phase.held[k] for k in kept], np.array([phase.at[k] for k in kept])
@@ -95,6 +100,7 @@ def _on_contacts(
         found = newton(problem, x, limit=0.1)
         return found.x, found.converged
     scale, x = problem.scale, x.copy()
+    white, _ = contacts.block.metric.among(moving)
     going, error = np.arange(len(x)), np.full(len(x), np.inf)
     best = x.copy()
     for _ in range(12):
@@ -102,7 +108,7 @@ def _on_contacts(
         values, slopes = contacts.held(held, some, x[going])
         residual = np.concatenate([some.residual(x[going]), values - wanted], axis=1)
         rows = np.concatenate([some.jacobian(x[going]), slopes], axis=1)
-        wide, lengths = scaled(rows, scale)
+        wide, lengths = scaled(rows @ white, np.ones(int(white.shape[1])))
         off = np.max(np.abs(residual) / np.maximum(np.max(np.abs(rows) * scale, axis=2), LEAST_DIVISOR), axis=1)
         off = np.where(np.isfinite(off), off, np.inf)
         better = off < error[going]
@@ -116,5 +122,5 @@ def _on_contacts(
         squares = own @ np.swapaxes(own, 1, 2) + PUSH_RANK * np.eye(own.shape[1])
         step = np.swapaxes(own, 1, 2) @ np.linalg.solve(squares, off_[..., None])
         going = going[go]
-        x[going] -= scale * step[..., 0]
+        x[going] -= step[..., 0] @ white.T
     return best, error <= NEWTON_SOLVED

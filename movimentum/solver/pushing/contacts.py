@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, IntArray, first_of
-from movimentum.outlines.touching import KINDS, Pose, circles, measured, near
+from movimentum.arrays import BoolArray, FloatArray, IntArray, first_of
+from movimentum.outlines.touching import KINDS, KNOBS, Pose, Touch, circles, measured, near
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow, SkinBody
 from movimentum.records import dataclass
@@ -17,6 +17,10 @@ from movimentum.solver.block.problem import BlockProblem, Values
 
 VALUE, RATE = -1, -2
 """The ``gap`` of a contact that is none of outlines: a value, or a rate, ``kind`` being its inequality."""
+
+
+AT_A_TIP = 4.0
+"""Of how near is touching: what touches so near a tip touches there."""
 
 
 class PartPair(NamedTuple):
@@ -206,18 +210,41 @@ class Contacts:
                     found.append((kind, i, j))
         return found
 
-    def touching(self, problem: BlockProblem, x: FloatArray, within: float) -> list[PartPair]:
-        """What touches at one instant (core values (1, n)): no farther apart than ``within``, and not deeper."""
+    def touching(
+        self, problem: BlockProblem, x: FloatArray, within: float
+    ) -> tuple[list[PartPair], list[frozenset[PartPair]]]:
+        """What touches at one instant (core values (1, n)): no farther apart than ``within``, and not deeper. And what
+        of it touches where the tip of one outline is on a tip of the other: there only one of them may hold.
+        """
         values, there = self.values(problem, x)[0], problem.values(x)
         found = [contact for contact in self.plain if values[contact.kind] <= within]
+        tips: list[frozenset[PartPair]] = []
         for g, gap in enumerate(self.rows.gaps):
             one, other = self.pose(gap.first, there), self.pose(gap.second, there)
             margin = float(values[gap.push])
+            pairs: list[PartPair] = []
+            places, ends = [np.zeros((0, 2))], [np.zeros((0, 2))]
             for kind, i, j in self.near(g, one, other, 2.0 * within - margin):
                 touch = measured(kind, gap.first.skin, one, gap.second.skin, other, i, j)
                 close = (np.abs(touch.value + margin) <= within) & touch.there(within)
-                found += [PartPair(g, kind, int(i[k]), int(j[k])) for k in np.nonzero(close)[0]]
-        return [*found, *self.rates]
+                if KINDS[kind] == (KNOBS, KNOBS):
+                    sharp = self.sharp(g, margin, i, j)
+                    ends.append(touch.point[sharp & (np.abs(touch.value) <= within)])
+                    close &= ~sharp
+                pairs += [PartPair(g, kind, int(i[k]), int(j[k])) for k in np.nonzero(close)[0]]
+                places.append(_met(kind, gap, touch, i, j)[close])
+            found += pairs
+            every = np.concatenate(places)
+            for place in np.concatenate(ends):
+                some = np.nonzero(np.hypot(*(every - place).T) <= AT_A_TIP * within)[0].tolist()
+                if len(some) > 1:
+                    tips.append(frozenset(pairs[k] for k in some))
+        return [*found, *self.rates], tips
+
+    def sharp(self, g: int, margin: float, i: IntArray, j: IntArray) -> BoolArray:
+        """(M,) which pairs of knobs are points that may meet: tips do not hold each other, but parts beside them."""
+        gap = self.rows.gaps[g]
+        return gap.first.skin.knobs[i, 2] + gap.second.skin.knobs[j, 2] - margin <= 0.0
 
     def things(self, contact: PartPair) -> tuple[int, int] | None:
         """The things of a contact of outlines."""
@@ -225,6 +252,14 @@ class Contacts:
             return None
         gap: GapRow = self.rows.gaps[contact.gap]
         return gap.first.thing, gap.second.thing
+
+
+def _met(kind: int, gap: GapRow, touch: Touch, i: IntArray, j: IntArray) -> FloatArray:
+    """(M, 2) where parts touch: beside the middle of a knob."""
+    first, second = KINDS[kind]
+    if first == KNOBS:
+        return touch.point - touch.normal * gap.first.skin.knobs[i, 2:3]
+    return touch.point + touch.normal * gap.second.skin.knobs[j, 2:3] if second == KNOBS else touch.point
 
 
 def _around(parts: Sequence[FloatArray]) -> FloatArray:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
@@ -16,7 +17,7 @@ from movimentum.solver.block.scaling import Damping, null_space, scaled
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_RESTS_FOR_LONG, PUSH_ROUNDING, RESTORED
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
 KEPT = 8
 """Instants whose problems are kept."""
@@ -33,8 +34,8 @@ class PushCourse:
         self.differences = FreeVelocity(block, plan, probe, nodes)
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size
-        self.white, self.units = block.metric.whitening
-        self.unwhite = np.asarray(np.linalg.inv(self.white), dtype=np.float64)
+        self.units = block.metric.whitening[1]
+        self._frames: dict[bytes, tuple[FloatArray, FloatArray]] = {}
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
         self.wide = FOLLOWING * field_of(plan.system.scene)
         spaces = max(min(len(nodes), MOST_NODES) - 1, 1)
@@ -137,23 +138,46 @@ class PushCourse:
 
     # --- on its equations
 
+    def moving(self, rates: Sequence[FloatArray]) -> BoolArray:
+        """(n,) which unknowns move at all with these rates (n,): those that equations tie together do so together."""
+        return moving(self.block, np.stack(rates))
+
     def restored(
-        self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float]
-    ) -> tuple[FloatArray, bool, FloatArray]:
+        self,
+        tau: float,
+        x: FloatArray,
+        contacts: Sequence[PartPair],
+        at: Sequence[float],
+        moving: BoolArray | None = None,
+    ) -> tuple[FloatArray, bool, Leeway]:
         """The core values nearest to ``x`` (n,) that satisfy the equations, and have these contacts ``at`` these
-        values; whether they do; and the directions (n, f), whitened, that are left free there.
+        values; whether they do; and what is left free there. What is not ``moving`` stays, if it can.
         """
         problem = self.at(tau)
         kept = [k for k in range(len(contacts)) if not np.isnan(at[k])]
         some, wanted = [contacts[k] for k in kept], np.array([at[k] for k in kept])
-        best, found, free = np.inf, x, np.eye(len(x))
+        if moving is not None and moving.any() and not moving.all():
+            found = self._restored(problem, x, some, wanted, moving)
+            if found[1]:
+                return found
+        return self._restored(problem, x, some, wanted, np.ones(len(x), dtype=np.bool_))
+
+    def _restored(
+        self, problem: BlockProblem, x: FloatArray, some: Sequence[PartPair], wanted: FloatArray, moving: BoolArray
+    ) -> tuple[FloatArray, bool, Leeway]:
+        frame = self._frames.get(moving.tobytes())
+        if frame is None:
+            frame = self._frames[moving.tobytes()] = self.block.metric.among(moving)
+        white, back = frame
+        best, found, free = np.inf, x, np.eye(white.shape[1])
+        inverse: FloatArray | None = None
         for _ in range(14):
             lines = self.contacts.lines(some, problem, x[None])
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
-            wide, lengths = scaled((rows @ self.white)[None], np.ones(len(x)))
+            wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))
             if not (np.isfinite(wide).all() and np.isfinite(residual).all()):
-                return found, False, free
+                return found, False, Leeway(white, back, free)
             plain = np.maximum(np.max(np.abs(rows) * self.scale, axis=1), LEAST_DIVISOR)
             error = float(np.max(np.abs(residual) / plain, initial=0.0))
             if not error < 0.5 * best:
@@ -161,8 +185,39 @@ class PushCourse:
                     found, best = x, error
                 break
             found, best = x, error
-            _, free, inverse = null_space(wide[0])
-            if error <= PUSH_ROUNDING:
+            if error <= PUSH_RESTORED and inverse is not None:
                 break
-            x = x - without_rounding(self.white @ (inverse @ (residual / lengths[0])), self.units)
-        return found, best <= RESTORED, free
+            if error > PUSH_NEARLY or inverse is None:
+                _, free, inverse = null_space(wide[0])
+            x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
+        return found, best <= RESTORED, Leeway(white, back, free)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leeway:
+    """The directions ``free`` (k, f), in unknowns that are ``white`` (n, k) of the core's (``back``: (k, n))."""
+
+    white: FloatArray
+    back: FloatArray
+    free: FloatArray
+
+    def along(self, difference: FloatArray) -> FloatArray:
+        """What of a ``difference`` (n,) goes that way."""
+        return self.white @ (self.free @ (self.free.T @ (self.back @ difference)))
+
+
+def moving(block: Pushing, rates: FloatArray) -> BoolArray:
+    """(n,) which unknowns of a block move at all, of ``rates`` (K, n): those that equations tie together do so
+    together.
+    """
+    found = (rates != 0.0).any(axis=0)
+    tied: dict[int, list[int]] = {}
+    for row, column in block.entries:
+        tied.setdefault(row, []).append(column)
+    before = -1
+    while before != int(found.sum()):
+        before = int(found.sum())
+        for columns in tied.values():
+            if found[columns].any():
+                found[columns] = True
+    return found

@@ -11,7 +11,7 @@ from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.contacts import RATE, PartPair
-from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
@@ -42,35 +42,46 @@ class Going:
     first = FIRST_STEP
 
     def __init__(
-        self, course: PushCourse, tau: float, contacts: Sequence[PartPair], which: Rows, at: Sequence[float]
+        self,
+        course: PushCourse,
+        tau: float,
+        contacts: Sequence[PartPair],
+        which: Rows,
+        at: Sequence[float],
+        passed: frozenset[PartPair],
     ) -> None:
-        """``contacts`` are those that touch, ``which`` of them hold, at the values ``at``."""
-        self.course, self.tau = course, tau
+        """``contacts`` are those that touch, ``which`` of them hold, at the values ``at``; ``passed``:
+        see `PhaseStep`.
+        """
+        self.course, self.tau, self.passed = course, tau, passed
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
-        self.loose = tuple(contact for k, contact in enumerate(contacts) if k not in set(numbered(which)))
-        self.free = np.eye(len(course.block.core))
+        self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
+        self.leeway: Leeway | None = None
+        self.rates: list[FloatArray] = []
         self.event: Seen | None = None
 
     # --- Integrable
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """See `Integrable`."""
-        return held(self.course.instant(tau, x, self.touching, after), self.which)
+        found = held(self.course.instant(tau, x, self.touching, after), self.which)
+        self.rates = [*self.rates[-1:], found]
+        return found
 
     def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
         """See `Integrable`."""
-        found, good, self.free = self.course.restored(tau, x, self.held, self.at)
+        moving = self.course.moving(self.rates) if self.rates else None
+        found, good, self.leeway = self.course.restored(tau, x, self.held, self.at, moving)
         return found, good, tangent  # type: ignore[return-value]
 
     # --- Watch
 
     def undetermined(self, difference: FloatArray) -> FloatArray:
         """See `Watch`."""
-        course = self.course
-        return course.white @ (self.free @ (self.free.T @ (course.unwhite @ difference)))
+        return difference if self.leeway is None else self.leeway.along(difference)
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
@@ -113,24 +124,24 @@ class Going:
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, begin, end)
-        first = end[0]
-        why = ""
-        for what, tau in (("closes", step.closes()), ("leaves", step.leaves())):
-            if tau is not None and tau < first:
-                first, why = tau, what
-            elif tau is not None and tau == first and not why:
-                why = what
+        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
+        closes, leaves = step.closes(), step.leaves()
+        if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
+            closes = None
+        first, leaving = end[0] if closes is None else closes[0], False
+        if leaves is not None and leaves <= first:
+            first, leaving = leaves, True
         last = end[1] if first == end[0] else step.at(first)
         opened = self._opens(first, last)
         if opened is not None:
             first, last = self._first_opening(step, first)
             opened = self._opens(first, last) or opened
-        if opened is None and not why:
+        if opened is None and closes is None and leaves is None:
+            self._forget(*end[:2])
             return None
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
-        left = frozenset(step.left(first, last)) if why == "leaves" and opened is None else frozenset[PartPair]()
+        left = frozenset(step.left(first, last)) if leaving and opened is None else frozenset[PartPair]()
         self.event = Seen(first, left, gone, jammed)
         return first, last, self.velocity(first, last)
 
@@ -149,46 +160,55 @@ class Going:
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), ()
 
+    def _forget(self, tau: float, x: FloatArray) -> None:
+        """Leave out what has opened since the phase began: it has to close before it holds."""
+        if not self.loose:
+            return
+        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).values
+        loose = set(self.loose)
+        near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
+        self.loose = tuple(contact for contact in near if contact in loose)
+        self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
+
     def _now(self, tau: float, x: FloatArray) -> Instant:
         """The instant, without contacts that have opened since the phase began."""
         now, lines = self.course.seen(tau, x, self.touching, False)
-        loose = [k for k, contact in enumerate(self.touching) if contact in self.loose and contact.gap != RATE]
-        gone = [k for k in loose if lines.values[k] > self.course.closed]
+        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > self.course.closed]
         if not gone:
             return now
-        least = now.least.copy()
-        least[gone] = -np.inf
-        rows = now.pushes.copy()
+        least, rows = now.least.copy(), now.pushes.copy()
         rows[gone] = 0.0
         least[gone] = 0.0
         return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
 
     def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, FloatArray]:
-        """The time from which on something that holds opens, or nothing may move, and the core values there."""
+        """The time from which on something that holds opens, or nothing may move, and the core values there.
+
+        Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
+        for on both sides of what is seen.
+        """
         good, bad = step.t0, until
-        for _ in range(60):
+        seen = [(until, self._opening(step, until))]
+        before = True
+        for _ in range(80):
             if bad - good <= PUSH_EVENT * step.h:
                 break
-            tau = self._guessed(step, good, bad)
-            if self._opens(tau, step.at(tau)) is None:
-                good = tau
-            else:
+            tau = 0.5 * (good + bad)
+            if len(seen) > 1:
+                (first, small), (second, large) = seen[-1], seen[-2]
+                begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
+                aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
+                begin = begin - aside if before else begin + aside
+                tau = begin if good < begin < bad else tau
+            opens = self._opens(tau, step.at(tau)) is not None
+            before = opens
+            if opens:
                 bad = tau
+                seen.append((tau, self._opening(step, tau)))
+            else:
+                good = tau
         return bad, step.at(bad)
 
-    def _guessed(self, step: PhaseStep, good: float, bad: float) -> float:
-        """Where opening, which grows evenly from zero at first, seems to begin."""
-        middle = 0.5 * (good + bad)
-        first, second = self._opening(step, middle), self._opening(step, bad)
-        if first is None or second is None or not 0.0 < first < second:
-            return middle
-        tau = middle - first * (bad - middle) / (second - first)
-        aside = PUSH_ASIDE * (bad - good)
-        return tau + 0.01 * abs(middle - tau) if good + aside < tau < middle else middle
-
-    def _opening(self, step: PhaseStep, tau: float) -> float | None:
+    def _opening(self, step: PhaseStep, tau: float) -> float:
         found = moved(self._now(tau, step.at(tau)), self.which)
-        if found.v is None:
-            return None
-        held_ = numbered(self.which)
-        return max((float(found.opening[k]) for k in held_), default=None)
+        return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))

@@ -14,7 +14,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
-from movimentum.solver.pushing.programs import Rows, shortest
+from movimentum.solver.pushing.programs import Rows, non_negative, numbered, shortest
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     PUSH_DAMPING,
@@ -25,9 +25,6 @@ from movimentum.tolerances import (
     PUSH_UNSEEN,
     RANK_OF_ROWS,
 )
-
-NEARLY = 0.1
-"""Of a velocity: how much an exact solution may differ from the one that tells what holds it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,6 +156,38 @@ class Whitened:
         y = y + free @ place
         return y, np.unique(np.concatenate(holding)).astype(np.intp)
 
+    def loose(self, y: FloatArray, which: Rows) -> Rows:
+        """Of the inequalities ``which`` hold ``y`` (n,), those that would have to pull: a way leads off them on which a
+        level gains, with no loss to the levels above, and along which all the others of ``which`` hold.
+        """
+        free = self.free
+        for level in self.now.levels:
+            slopes = level.slopes @ self.white
+            along = _seen(slopes @ free, slopes)
+            missing = slopes @ y - level.want
+            large = np.linalg.norm(slopes, axis=1) * np.linalg.norm(y) + np.abs(level.want)
+            off = self._let_go(free, along.T @ np.where(np.abs(missing) > PUSH_UNSEEN * large, missing, 0.0), which)
+            if len(off):
+                return off
+            free = free @ _indifferent(along, slopes)
+        return self._let_go(free, free.T @ (y + self.still), which)
+
+    def _let_go(self, free: FloatArray, gradient: FloatArray, which: Rows) -> Rows:
+        """Those of ``which`` that open along the steepest way in the ``free`` directions that they leave."""
+        rows = _seen(self.pushes[which] @ free, self.pushes[which])
+        lengths = np.linalg.norm(rows, axis=1)
+        some = lengths > 0.0
+        unit = rows[some] / lengths[some, None]
+        if not len(unit):
+            return which[:0]
+        forces = np.asarray(np.linalg.lstsq(unit.T, gradient, rcond=PUSH_RANK)[0], dtype=np.float64)
+        borne = np.asarray(unit.T @ forces, dtype=np.float64)  # the rest is free to be followed
+        size = float(np.linalg.norm(borne))
+        if size <= PUSH_HOLDS * float(np.linalg.norm(gradient)):
+            return which[:0]
+        opening: FloatArray = unit @ (unit.T @ non_negative(unit.T, borne / size) - borne / size)
+        return which[some][opening > PUSH_HOLDS]
+
     def _open(self, free: FloatArray) -> Rows:
         """The inequalities that have a say in what is free."""
         seen = np.linalg.norm(self.pushes @ free, axis=1) > PUSH_UNSEEN * self.reference
@@ -211,37 +240,32 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         tolerance = np.maximum(PUSH_MOVES * max(float(np.linalg.norm(y)), demanded), now.rest / lengths)
         return Moved(free.white @ y, (free.pushes @ y - now.least) / lengths, holds, tolerance)
 
-    def allowed(found: Moved) -> bool:
-        return bool((found.opening >= -found.tolerance).all())
+    def settled(which: Rows) -> Moved | None:
+        """Beginning with these that hold, others are taken, or let go, until it is the velocity that is looked for."""
+        seen: set[tuple[int, ...]] = set()
+        while tuple(numbered(which)) not in seen:
+            seen.add(tuple(numbered(which)))
+            y = (Whitened(now, which) if len(which) else free).followed()
+            found = judged(y, which)
+            low = found.opening < -found.tolerance
+            if low[which].any():
+                return None
+            if low.any():
+                which = np.union1d(which, np.argmin(found.opening + found.tolerance)).astype(np.intp)
+                continue
+            loose = free.loose(y, which)
+            if not len(loose):
+                return found
+            which = np.setdiff1d(which, loose)
+        return None
 
-    if guess is not None and len(guess) and not now.levels and (y := _as_guessed(free, guess)) is not None:
-        found = judged(y, guess)
-        if allowed(found):
-            return found
-    found = judged(free.followed(), none)
-    if allowed(found):
+    found = settled(none if guess is None else guess)
+    if found is not None:
         return found
     y, holding = free.lexicographic(guess)
     if y is None:
-        return Moved(None, found.opening, holding, found.tolerance)
-    again = Whitened(now, holding).followed()
-    found = judged(again, holding)
-    near = float(np.linalg.norm(again - y)) <= NEARLY * float(np.linalg.norm(y))
-    return found if near and allowed(found) else judged(y, holding)
-
-
-def _as_guessed(linear: Whitened, guess: Rows) -> FloatArray | None:
-    """The least y (n,) with just the inequalities of the ``guess`` holding it; None where one of them would pull."""
-    rows = linear.pushes[guess] @ linear.free
-    lacking = linear.now.least[guess] - linear.pushes[guess] @ linear.least
-    lengths = np.linalg.norm(rows, axis=1)
-    if not (lengths > 0.0).all():
-        return None
-    unit = rows / lengths[:, None]
-    forces = np.asarray(np.linalg.lstsq(unit @ unit.T, lacking / lengths, rcond=PUSH_RANK)[0], dtype=np.float64)
-    if (forces < -PUSH_HOLDS * float(np.max(np.abs(forces), initial=0.0))).any():
-        return None
-    return linear.least + linear.free @ (unit.T @ forces)
+        return Moved(None, judged(free.followed(), none).opening, holding, judged(free.least, none).tolerance)
+    return settled(holding) or judged(y, holding)
 
 
 def openings(now: Instant, v: FloatArray) -> FloatArray:

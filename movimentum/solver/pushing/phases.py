@@ -45,14 +45,15 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
     wrong = _wrong_at_once(course, tau, x)
     if wrong is not None:
         return wrong
-    touching = contacts.touching(course.at(tau), x[None], course.closed)
+    touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
-        going, blocked = _begun(course, tau, x, touching, left, opened)
+        passed = _passed(course, tau, x, tips, before, left)
+        going, blocked = _begun(course, tau, x, touching, passed, opened)
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
             break
-        phases.append(Phase(tau, going.held, going.at))
+        phases.append(Phase(tau, going.held, going.at, np.ones(len(x), dtype=np.bool_)))
         events += _changes(contacts, before, going.held, tau)
         before = going.held
         if len(phases) > MOST_EVENTS or stands > AT_ONCE:
@@ -63,6 +64,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
         grid = np.concatenate([[tau], nodes[nodes > tau]])
         part = drift(going, x, course.scale, grid, end, FREE_MOTION_STEP, watch=going)
         parts.append(part)
+        phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
         event = going.event
         if event is None:
             if part.until < end:
@@ -75,7 +77,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
-        touching = contacts.touching(course.at(tau), x[None], course.closed)
+        touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
         touching = list(dict.fromkeys([*touching, *going.held]))
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
     told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
@@ -114,13 +116,13 @@ def _begun(
     tau: float,
     x: FloatArray,
     touching: Sequence[PartPair],
-    left: frozenset[PartPair],
+    passed: frozenset[PartPair],
     opened: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
-    """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``left`` their
-    parts, or have ``opened``; or what jams.
+    """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
+    have ``opened``; or what jams.
     """
-    some = [contact for contact in touching if contact not in left]
+    some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
     found = moved(now)
     if found.v is None:
@@ -140,7 +142,28 @@ def _begun(
             at.append(float(value) if still else np.nan)
         else:
             at.append(0.0)
-    return Going(course, tau, some, np.array(which, dtype=np.intp), at), ()
+    return Going(course, tau, some, np.array(which, dtype=np.intp), at, passed), ()
+
+
+def _passed(
+    course: PushCourse,
+    tau: float,
+    x: FloatArray,
+    tips: Sequence[frozenset[PartPair]],
+    before: Sequence[PartPair],
+    left: frozenset[PartPair],
+) -> frozenset[PartPair]:
+    """What touches and may not hold: it has ``left`` its parts; or it touches at a tip on a tip, where what has held
+    ``before`` goes on, or else what has the most of its parts left.
+    """
+    passed = set(left)
+    for tip in tips:
+        some = sorted(tip - left)
+        if len(some) > 1:
+            along = course.contacts.lines(some, course.at(tau), x[None]).along
+            best = max(range(len(some)), key=lambda k: (some[k] in before, along[k]))
+            passed.update(contact for contact in some if contact != some[best])
+    return frozenset(passed)
 
 
 def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[PartPair], tau: float) -> list[Event]:

@@ -26,7 +26,7 @@ def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: flo
     origin, metric = x, block.metric
     closed = PUSH_CLOSED * size
     for _ in range(STEPS):
-        near = contacts.touching(problem, x[None], PUSH_OVERLAP * size)
+        near, _ = contacts.touching(problem, x[None], PUSH_OVERLAP * size)
         some = list(dict.fromkeys([*contacts.plain, *(each for each in near if each.gap != RATE)]))
         if not some:
             break

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 
+from movimentum.arrays import BoolArray
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.pushing.contacts import PartPair
@@ -34,11 +35,12 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phase:
-    """From ``begin`` on these contacts are ``held``, at these values."""
+    """From ``begin`` on these contacts are ``held``, at these values. ``moving`` (n,): which unknowns do at all."""
 
     begin: float
     held: tuple[PartPair, ...]
     at: tuple[float, ...]
+    moving: BoolArray
 
 
 class PushEnd(StrEnum):
