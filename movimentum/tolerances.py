@@ -453,6 +453,8 @@ CUT_WOULD_DO = 0.9995
 """Of the radius at which a profile begins to cross itself: so large a roller is told to do, in four digits."""
 CUT_CURVED = 1e-9
 """Of a tool's size: a profile that bends the wrong way by less does so by rounding."""
+CUT_TURNS = 0.3
+"""Radians: a profile that turns farther from one of its points to the next is not told by its curvature there."""
 CUT_STRAIGHT = 1e-9
 """Of a sine: a corner of a tool's outline that turns by less is on a straight line."""
 
@@ -988,6 +990,8 @@ PUSH_OVERLAP = 1e-7
 """Of the scene's size: things that begin with a deeper overlap begin inside each other."""
 PUSH_ROUNDING = 1e-16
 """Of the unknowns' scale, and of the largest force: nothing is smaller than that but rounding."""
+PUSH_ALIKE = 1e-6
+"""Of their length: how far the slopes of two contacts differ at most that push alike."""
 PUSH_RESTORED = 1e-15
 """Relative residual: what is nearer to its equations than that is on them, but for rounding."""
 PUSH_NEARLY = 1e-7

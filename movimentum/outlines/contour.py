@@ -30,6 +30,8 @@ Point = tuple[float, float]
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
+LENGTHS = 1440.0
+"""Short pieces whose lengths are known: splines between them then tell lengths to 1e-10 of the whole."""
 MANY_PIECES = 8
 """Each is computed by itself if there are so many or more."""
 
@@ -271,7 +273,7 @@ class Contour:
         nodes, weights = np.polynomial.legendre.leggauss(10)
         places: list[FloatArray] = []
         for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
-            count = max(8, math.ceil(720.0 * (end - begin) / self.period))
+            count = max(8, math.ceil(LENGTHS * (end - begin) / self.period))
             places.append(np.linspace(begin, end, count + 1)[:-1])
         grid = np.append(np.concatenate(places), self.last)
         half = np.diff(grid) / 2.0

@@ -15,7 +15,7 @@ from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Facets, convex_gaps, deepest, hull, inside, overlap, to_edges
 from movimentum.outlines.search import refined
 from movimentum.records import dataclass
-from movimentum.tolerances import EDGES_CROSS, OUTLINE_SAMPLED
+from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
 
 OF_TOOTH = 4
 """Corners of each piece of a tooth."""
@@ -169,8 +169,9 @@ def depths(a: Fine, b: Fine, pose: FloatArray, *, whole: bool = False) -> FloatA
     found = -values(a, b, pose)[0]
     one = _swollen(a) if whole and a.reach > 0.0 and p.convex else p
     other = _swollen(b) if whole and b.reach > 0.0 and b.facets.convex else b.facets
+    least = FACETS_TOUCH * max(p.size, b.facets.size)
     for k in np.nonzero(found > 0.0)[0].tolist():
-        if len(p.points) > 1 and q.shape[1] > 1 and overlap(p, b.facets, q[k]):
+        if found[k] > reach + least and len(p.points) > 1 and q.shape[1] > 1:
             found[k] = _finite(reach - deepest(p, b.facets, q[k]).value, found[k])
         if one is not p or other is not b.facets:
             r = other.moved(pose[:, k : k + 1])[0]

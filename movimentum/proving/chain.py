@@ -139,19 +139,7 @@ class Chain:
     def needed(self, wanted: Iterable[Expr]) -> list[Block]:
         """The blocks that expressions depend on, in their order."""
         plan = self.motion.plan
-        found: set[int] = set()
-        stack = list(symbol_numbers(*wanted))
-        while stack:
-            n = stack.pop()
-            owner = plan.owner.get(n)
-            if owner is None:
-                raise NotAlgebraic(f"`{plan.system.unknowns[n].name}` is not solved for")
-            if owner not in found:
-                found.add(owner)
-                block = plan.blocks[owner]
-                used = symbol_numbers(*(plan.system.equations[e].residual for e in block.equations))
-                stack.extend(used | block.inputs | set(block.unknowns))
-        return [plan.blocks[number] for number in sorted(found)]
+        return [plan.blocks[number] for number in plan.behind(symbol_numbers(*wanted))]
 
     # --- unknowns
 

@@ -91,7 +91,7 @@ PINS = OptionRule("pins", OptionForm.PINS, "a pin's radius", least=0)
 SUPPORTS = OptionRule("supports", OptionForm.FLAG, least=0, most=0, field="fixed")
 FIXED = flag("fixed")
 """The old word for it, which is read as something that keeps a body where it is."""
-THROUGH = OptionRule("through", OptionForm.NAMES, most=64)
+THROUGH = OptionRule("through", OptionForm.NAMES, most=100_000)
 ARCTO = OptionRule("arcto", OptionForm.ARC, least=2, most=2, again=True)
 SIZE = OptionRule("size", OptionForm.POSITIVE, "the size")
 ITALIC = flag("italic")

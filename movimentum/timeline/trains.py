@@ -63,10 +63,15 @@ class Trains:
         self._scene = scene
         self._teeth: dict[tuple[int, GearPair], int] = {}
         self._offsets: dict[tuple[int, GearPair], float] = {}
+        self._active: Sequence[Constraint] = ()
+        self._turned: dict[int, float] = {}
         self._paired = {item.number for item in scene.constraints() if _pairs(item)}
 
     def placed(self, active: Sequence[Constraint], start: Fraction) -> tuple[Constraint, ...]:
         """The constraints of a moment without such leaves."""
+        if self._paired:
+            self._come_to(start)
+        self._active = active
         pairs = [(item.number, pair) for item in active if item.number in self._paired for pair in _pairs(item)]
         if not pairs:
             return tuple(active)
@@ -81,7 +86,7 @@ class Trains:
                 key = number, pair
                 direction = joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0))
                 if key not in self._offsets:
-                    self._offsets[key] = self._belt_offset(pair, stated) if later else 0.0
+                    self._offsets[key] = self._belt_offset(pair, {**self._turned, **stated}) if later else 0.0
                 return sub(self._belt(pair, direction), const(self._offsets[key]))
             form = forms[pair]
             whole = sub(form.rest, const(360.0 * self._teeth[number, pair]))
@@ -92,6 +97,15 @@ class Trains:
             return total
 
         return tuple(_with_values(item, value) for item in active)
+
+    def _come_to(self, start: Fraction) -> None:
+        """Note how far things are turned where the moment before ends, as far as its statements tell."""
+        turned = _stated_turns(self._active, start)
+        for item in self._active:
+            for pair in _pairs(item) if item.number in self._paired else []:
+                if pair.first in turned and pair.second not in turned and (item.number, pair) in self._offsets:
+                    turned[pair.second] = self._offsets[item.number, pair] + self._quotient(pair) * turned[pair.first]
+        self._turned.update(turned)
 
     def read(self, sides: tuple[Expr, ...], active: Sequence[Constraint], start: Fraction) -> tuple[Expr, ...]:
         """The same for what is only read: teeth are compared with the nearest gap, directions with those seen."""
@@ -172,9 +186,11 @@ class Trains:
 
     def _belt_offset(self, pair: GearPair, stated: Mapping[int, float]) -> float:
         """Of a belt that is laid on later: what the second has been turned beyond that already."""
+        return stated.get(pair.second, 0.0) - self._quotient(pair) * stated.get(pair.first, 0.0)
+
+    def _quotient(self, pair: GearPair) -> float:
         r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
-        quotient = -r1 / r2 if pair.crossed else r1 / r2
-        return stated.get(pair.second, 0.0) - quotient * stated.get(pair.first, 0.0)
+        return -r1 / r2 if pair.crossed else r1 / r2
 
     # --- which teeth ---
 
@@ -191,17 +207,18 @@ class Trains:
             if not ready:
                 roots = [thing for _, pair in rest for thing in (pair.first, pair.second)]
                 root = next((thing for thing in roots if thing in stated), roots[0])
-                turns[root] = stated.get(root, 0.0)
+                turns[root] = stated.get(root, self._turned.get(root, 0.0))
                 continue
             number, pair = ready[0]
             rest.remove((number, pair))
             form = forms[pair]
-            phase = form.drawn + sum(float(f) * turns.get(t, 0.0) for t, f in form.factors.items())
+            here = {t: turns.get(t, self._turned.get(t, 0.0)) for t in form.factors}
+            phase = form.drawn + sum(float(f) * here[t] for t, f in form.factors.items())
             if (number, pair) not in self._teeth:
                 self._teeth[number, pair] = math.ceil(phase / 360.0 - 0.5 - NEAREST_TOOTH)
             for thing, factor in form.factors.items():
                 if thing not in turns:
-                    turns[thing] = (360.0 * self._teeth[number, pair] - phase) / float(factor)
+                    turns[thing] = here[thing] + (360.0 * self._teeth[number, pair] - phase) / float(factor)
 
 
 def _tooth_direction(thing: Thing) -> Expr:

@@ -7,12 +7,13 @@ import pytest
 import sympy
 from mpmath import mp
 
+from movimentum.proving.zero_lines import zero_lines
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.curve import curve
 from movimentum.workflow.stages import arranged, solved, understand
 from tests.broad import broad
-from tests.command import ROOT
+from tests.command import ROOT, movimentum
 from tests.proving.theorems import FOUR_BAR
 
 ON_IT = 1e-9
@@ -75,6 +76,24 @@ def test_jansens_toe_has_degree_28():
     assert found.degree == 28
     assert found.equation.has(sympy.sqrt(47876114))
     assert off(script("jansen"), "ghi.W", found.equation, count=12) < ON_IT
+
+
+def test_the_curve_is_drawn_where_it_is(tmp_path):
+    found = curve(script("four-bar"), Choices(), "Coupler.P", 60.0)
+    lines = zero_lines(found.equation, (0.0, 0.0, 400.0, 320.0))
+    assert sum(map(len, lines)) > 200
+    x, y = sympy.symbols("x y")
+    value = sympy.lambdify((x, y), found.equation, "mpmath")
+    slopes = [sympy.lambdify((x, y), found.equation.diff(each), "mpmath") for each in (x, y)]
+    for spot in lines[0][::7]:
+        u, v = map(mp.mpf, spot)
+        assert abs(value(u, v)) < 0.5 * mp.hypot(*(each(u, v) for each in slopes))  # half a pixel
+    done = movimentum("curve", str(ROOT / "scripts" / "four-bar.mov"), "Coupler.P", "-o", "c.svg", cwd=tmp_path)
+    assert done.returncode == 0
+    assert (tmp_path / "c.svg").read_text(encoding="utf-8").startswith("<svg")
+    done = movimentum("curve", str(ROOT / "scripts" / "four-bar.mov"), "Coupler.P", "-o", "c.gif", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "-o curve.svg" in done.stderr
 
 
 ROOTED = """

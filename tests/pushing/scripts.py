@@ -120,6 +120,8 @@ class Geneva:
         engaged = np.abs(phi) < 0.5 * math.pi - self.half
         inside = engaged & (far < 100.0 * math.cos(self.half) - 2.0 * self.pin - self.play)
         pushed = -(direction + self.half) + lag  # the wheel turns against the crank
+        # until the pin has crossed the play it rests: at 0 first, and afterwards where the pin has left it
+        pushed = np.where(pushed <= 0.0, pushed, np.where(turn == 0, 0.0, np.nan))
         before = -2.0 * self.half * turn
         # it rests where it was left: as far as the pin has pushed it when it leaves the slot
         return np.where(inside, np.degrees(before + pushed), np.nan)
@@ -147,6 +149,108 @@ def play_operator(drive: np.ndarray, first: float, play: float) -> np.ndarray:
 
 
 # --- ratchets
+
+
+@dataclass(frozen=True)
+class Ratchet:
+    """A wheel about [150,100] whose flanks face clockwise; an arm about the same axle swings by ``swing`` (degrees)
+    and back in two time units, with ``pawls`` on it, so far (degrees) from 60 degrees.
+    """
+
+    teeth: int
+    phase: float  # radians
+    swing: float
+    pawls: tuple[float, ...] = (0.0,)
+    tip: float = 80.0
+    pin: float = 104.0  # how far the pawls' pins are from the axle, and
+    length: float = 66.0  # their tips from their pins
+
+    @property
+    def pitch(self) -> float:
+        """Between two teeth, in degrees."""
+        return 360.0 / self.teeth
+
+    @property
+    def height(self) -> float:
+        """Of a tooth."""
+        return min(12.0, 0.55 * self.tip * math.radians(self.pitch))
+
+    @property
+    def lean(self) -> float:
+        """By how much a flank is undercut (radians)."""
+        return 0.06 * self.height / (self.tip - self.height)
+
+    def ahead(self, radius: float) -> float:
+        """How far (degrees) the tip of a pawl is ahead of its pin where it is so far from the axle."""
+        return math.degrees(math.acos((self.pin**2 + radius**2 - self.length**2) / (2.0 * self.pin * radius)))
+
+    def wheel(self) -> list[tuple[float, float]]:
+        """The corners: root and tip of each tooth."""
+        found: list[tuple[float, float]] = []
+        for k in range(self.teeth):
+            angle = self.phase + math.radians(self.pitch * k)
+            found += [_round(self.tip - self.height, angle + self.lean), _round(self.tip, angle)]
+        return found
+
+    def pawl(self, at: float) -> tuple[tuple[float, float], list[tuple[float, float]]]:
+        """The pin and the corners of a pawl at ``at`` (degrees), clear of the wheel: an arm with a tooth at its end."""
+        (px, py), far = _round(self.pin, math.radians(at)), self.tip + 2.0
+        tx, ty = _round(far, math.radians(at + self.ahead(far)))
+        ux, uy = (tx - px) / self.length, (ty - py) / self.length
+        high = self.height + 4.0
+        shape = (
+            (-4.0, -high - 6.0),
+            (-4.0, -high),
+            (self.length - high, -high),
+            (self.length, 0.0),
+            (self.length - 0.3 * (high + 6.0), -high - 6.0),
+        )
+        return (px, py), [(px + ux * u - uy * v, py + uy * u + ux * v) for u, v in shape]
+
+    def text(self, place: Place, strokes: int, fps: float = 25.0) -> str:
+        """The script."""
+        things: list[str] = []
+        says: list[str] = []
+        toward = "most" if place.sense > 0 else "least"
+        for k, off in enumerate(self.pawls):
+            pin, points = self.pawl(60.0 + off)
+            things.append(polygon(f"Pawl{k}", pin, points, place))
+            says.append(f"""
+               Pawl{k}.O = Arm.P{k};  Pawl{k}.angle ~ .{toward} .weak .speed(4000);
+               .gap(Pawl{k}, Wheel) >= 0 .pushes;""")
+        pins = " ".join(f"P{k} = {place.said(*self.pawl(60.0 + off)[0])}" for k, off in enumerate(self.pawls))
+        return f"""
+            .config({fps}, 320, 260);
+            {polygon("Wheel", (150.0, 100.0), self.wheel(), place)}
+            Arm : .bar O = {place.said(150.0, 100.0)} {pins};
+            {" ".join(things)}
+            @0 Wheel.O = {place.said(150.0, 100.0)};  Wheel.angle .holds;  Arm.O = {place.said(150.0, 100.0)};
+               Arm.angle = {place.sense * self.swing}*(.cos(180*.t) - 1)/2;
+               {" ".join(says)}
+            @{2 * strokes}
+        """
+
+    def advanced(self, strokes: int) -> list[float]:
+        """How far (degrees) the wheel has turned after each stroke. As the arm goes back, a pawl drops over the tips
+        that it passes; as the arm comes forward, the pawl that is first at a root pushes the wheel.
+        """
+        phase, now = math.degrees(self.phase), 0.0
+        found: list[float] = []
+        for _ in range(strokes):
+            after = now
+            for off in self.pawls:
+                back = 60.0 + off - self.swing + self.ahead(self.tip)
+                tooth = math.ceil((back - now - phase) / self.pitch)
+                root = phase + math.degrees(self.lean) + self.pitch * tooth
+                after = max(after, 60.0 + off + self.ahead(self.tip - self.height) - root)
+            now = after
+            found.append(now)
+        return found
+
+
+def _round(radius: float, angle: float) -> tuple[float, float]:
+    """A point about the axle of a ratchet."""
+    return 150.0 + radius * math.cos(angle), 100.0 + radius * math.sin(angle)
 
 
 def ratchet_points(teeth: int, tip: float, root: float, phase: float) -> list[tuple[float, float]]:

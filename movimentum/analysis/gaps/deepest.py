@@ -123,7 +123,7 @@ def _search(low: float, high: float) -> Generator[tuple[bool, FloatArray], Float
     return float(times[np.argmax(deep)])
 
 
-SCANNED, SCANS, SPLIT, VERTICES = 5, 5, 4, 3
+SCANNED, SCANS, SPLIT, VERTICES = 5, 4, 3, 3
 """Instants at which a depth is looked at first; how often intervals are halved, and how many of them at once; and how
 often a parabola is put through the deepest one.
 """

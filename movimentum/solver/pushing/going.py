@@ -125,24 +125,23 @@ class Going:
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
         step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
-        first = end[0]
-        why = ""
-        for what, tau in (("closes", step.closes()), ("leaves", step.leaves())):
-            if tau is not None and tau < first:
-                first, why = tau, what
-            elif tau is not None and tau == first and not why:
-                why = what
+        closes, leaves = step.closes(), step.leaves()
+        if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
+            closes = None
+        first, leaving = end[0] if closes is None else closes[0], False
+        if leaves is not None and leaves <= first:
+            first, leaving = leaves, True
         last = end[1] if first == end[0] else step.at(first)
         opened = self._opens(first, last)
         if opened is not None:
             first, last = self._first_opening(step, first)
             opened = self._opens(first, last) or opened
-        if opened is None and not why:
+        if opened is None and closes is None and leaves is None:
             self._forget(*end[:2])
             return None
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
-        left = frozenset(step.left(first, last)) if why == "leaves" and opened is None else frozenset[PartPair]()
+        left = frozenset(step.left(first, last)) if leaving and opened is None else frozenset[PartPair]()
         self.event = Seen(first, left, gone, jammed)
         return first, last, self.velocity(first, last)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from movimentum.outlines.touching import KINDS, KNOBS, measured
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.course import PushCourse
-from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
+from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_ALIKE, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
 
 SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where within a step outlines are looked at."""
@@ -56,24 +56,24 @@ class PhaseStep:
 
     # --- a value or a gap closes
 
-    def closes(self) -> float | None:
-        """When the first of what does not touch comes to touch."""
-        found = [tau for tau in (self._value_closes(), self._gap_closes()) if tau is not None]
-        return min(found, default=None)
+    def closes(self) -> tuple[float, PartPair] | None:
+        """When the first of what does not touch comes to touch, and what that is."""
+        return min(((tau, contact) for tau, contact in self._closing() if tau is not None), default=None)
 
-    def _value_closes(self) -> float | None:
+    def _closing(self) -> Iterator[tuple[float | None, PartPair]]:
+        yield from self._values_close()
+        yield from self._gaps_close()
+
+    def _values_close(self) -> Iterator[tuple[float, PartPair]]:
         contacts = self.course.contacts
-        if not contacts.plain:
-            return None
         holding = set(self.held)
         open_ = [contact for contact in contacts.plain if contact not in holding]
         if not open_:
-            return None
+            return
         numbers = [contact.kind for contact in open_]
         times = self.t0 + self.h * np.array([0.0, *np.linspace(0.125, 1.0, 8)])
         x = np.stack([self.x0, *(self.between(t) for t in times[1:-1]), self.x1])
         values = contacts.values(self.course.probe(times), x)[:, numbers]
-        best: float | None = None
         closed = self.course.closed
         for k, contact in enumerate(open_):
             column = values[:, k]
@@ -81,10 +81,8 @@ class PhaseStep:
                 low, high = column[n], column[n + 1]
                 if low > -closed and high < -closed:
                     value = self._value(contact)
-                    tau = self._root(value, float(times[n]), float(times[n + 1]), low <= closed)
-                    best = tau if best is None else min(best, tau)
+                    yield self._root(value, float(times[n]), float(times[n + 1]), low <= closed), contact
                     break
-        return best
 
     def _value(self, contact: PartPair) -> Callable[[float], float]:
         def value(tau: float) -> float:
@@ -93,16 +91,15 @@ class PhaseStep:
 
         return value
 
-    def _gap_closes(self) -> float | None:
+    def _gaps_close(self) -> Iterator[tuple[float | None, PartPair]]:
         contacts, closed = self.course.contacts, self.course.closed
         if not contacts.rows.gaps:
-            return None
+            return
         times = [self.t0, *(self.t0 + self.h * share for share in SHARES)]
         cores = [self.x0, *(self.between(t) for t in times[1:-1]), self.x1]
         problem, every = self.course.probe(np.array(times)), np.stack(cores)
         there, margins = problem.values(every), contacts.values(problem, every)
         holding = set(self.held)
-        best: float | None = None
         for g, gap in enumerate(contacts.rows.gaps):
             sides = contacts.poses(gap.first, there, len(times)), contacts.poses(gap.second, there, len(times))
             poses = list(zip(*sides, strict=True))
@@ -132,9 +129,14 @@ class PhaseStep:
                         contact = PartPair(g, kind, int(i[k]), int(j[k]))
                         if low[k] <= closed and contact in self.passed:
                             continue
-                        tau = self._gap_root(contact, times[n], times[n + 1], float(low[k]) <= closed)
-                        if tau is not None and (best is None or tau < best):
-                            best = tau
+                        yield self._gap_root(contact, times[n], times[n + 1], float(low[k]) <= closed), contact
+                    off, on = (np.minimum(along[m], self.course.plan.size * fan[m]) for m in (n, n + 1))
+                    comes = (
+                        (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
+                    )
+                    for k in np.nonzero(comes)[0].tolist():
+                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
+                        yield self._comes_and_closes(contact, times[n], times[n + 1]), contact
                     if KINDS[kind] != (KNOBS, KNOBS):
                         continue
                     before, after = ((t.value + margin_of(i, j))[:, None] * t.normal for t in touches[n : n + 2])
@@ -142,10 +144,23 @@ class PhaseStep:
                     passing &= ~contacts.sharp(g, float(margins[n][gap.push]), i, j)
                     for k in np.nonzero(passing & (low > closed) & (high > closed) & turned)[0].tolist():
                         contact = PartPair(g, kind, int(i[k]), int(j[k]))
-                        tau = self._brushes(contact, times[n], times[n + 1])
-                        if tau is not None and (best is None or tau < best):
-                            best = tau
-        return best
+                        yield self._brushes(contact, times[n], times[n + 1]), contact
+
+    def _comes_and_closes(self, contact: PartPair, low: float, high: float) -> float | None:
+        """When a gap closes whose place comes onto its parts between two times, if it has opened by then: beside its
+        parts its value says nothing.
+        """
+
+        def beside(tau: float) -> float:
+            return -float(self._slack([contact], tau)[0])
+
+        first, last = beside(low), beside(high)
+        if not first > 0.0 > last:
+            return None
+        there = crossing(beside, (low, first), (high, last), PUSH_BRUSHES * self.h)[2]
+        if self._value(contact)(there) <= -self.course.closed:
+            return None
+        return self._gap_root(contact, there, high, near=False)
 
     def _brushes(self, contact: PartPair, low: float, high: float) -> float | None:
         """When two knobs come to touch that pass each other, between two times at which they do not; None if they do
@@ -213,11 +228,17 @@ class PhaseStep:
         if not some:
             return None
         slack = self._slack(some, self.t1)
-        best: float | None = None
-        for k in np.nonzero(slack < 0.0)[0].tolist():
-            tau = self._slack_root([some[k]])
-            best = tau if best is None else min(best, tau)
-        return best
+        return min((self._slack_root([some[k]]) for k in np.nonzero(slack < 0.0)[0].tolist()), default=None)
+
+    def replaces(self, contact: PartPair, tau: float) -> bool:
+        """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
+        holds pushes just as it would.
+        """
+        lines = self.course.contacts.lines([contact, *self.held], self.course.at(tau), self.at(tau)[None])
+        rows = np.concatenate([lines.slopes, lines.known], axis=1)
+        rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), LEAST_DIVISOR)
+        alike = np.linalg.norm(rows[1:] - rows[0], axis=1) <= PUSH_ALIKE
+        return bool(alike.any()) and lines.values[0] >= -self.course.closed
 
     def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
         """How far contacts are inside their parts."""
