@@ -220,6 +220,7 @@ def folded(value: float, origin: Expr | tuple[str, tuple[Expr, ...]]) -> Expr:
 
 
 _NEUTRAL = (0.0, 1.0, -1.0)
+_OPPOSITE = {0.0: ZERO, 1.0: Expr("const", (), -1.0), -1.0: ONE}
 
 
 def _fold(value: float, op: str, *args: Expr) -> Expr:
@@ -285,7 +286,8 @@ def add(a: Expr, b: Expr) -> Expr:
 def neg(a: Expr) -> Expr:
     """-a."""
     if a.value is not None:
-        return _fold(-a.value, "neg", a)
+        exact = _OPPOSITE.get(a.value) if a._origin is None else None  # pyright: ignore[reportPrivateUsage]
+        return exact or _fold(-a.value, "neg", a)
     if a.op == "neg":
         return a.args[0]
     return Expr("neg", (a,))
