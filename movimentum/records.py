@@ -2,7 +2,7 @@
 
 The package has some five hundred of them. The standard decorator compiles up to six methods for each as it is
 imported, 0.4 ms; that was most of what a first `solve` waited for. Here a class costs 0.03 ms, and only those that are
-made at all compile their ``__init__``. `dataclasses.replace`, `fields` and `field` work as ever. A record extends
+made at all compile their ``__init__``. `fields` and `field` work as ever. A record extends
 records only.
 """
 
@@ -13,8 +13,10 @@ import operator
 from collections.abc import Callable
 from dataclasses import field as field
 from dataclasses import fields as fields
-from dataclasses import replace as replace
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+T = TypeVar("T")
 
 
 def record(
@@ -49,6 +51,18 @@ def record(
         return cls
 
     return made
+
+
+def replace(given: T, /, **changes: Any) -> T:
+    """A record like the one ``given``, but for ``changes``; `dataclasses.replace` takes twice as long."""
+    values = {name: getattr(given, name) for name in _arguments(type(given))}
+    values.update(changes)
+    return type(given)(**values)
+
+
+@cache
+def _arguments(cls: Any) -> tuple[str, ...]:
+    return tuple(each.name for each in fields(cls) if each.init)
 
 
 def _written_later(cls: type, name: str, write: Callable[[type, bool], Any], frozen: bool) -> Any:

@@ -453,6 +453,8 @@ CUT_WOULD_DO = 0.9995
 """Of the radius at which a profile begins to cross itself: so large a roller is told to do, in four digits."""
 CUT_CURVED = 1e-9
 """Of a tool's size: a profile that bends the wrong way by less does so by rounding."""
+CUT_TURNS = 0.3
+"""Radians: a profile that turns farther from one of its points to the next is not told by its curvature there."""
 CUT_STRAIGHT = 1e-9
 """Of a sine: a corner of a tool's outline that turns by less is on a straight line."""
 
@@ -463,8 +465,16 @@ GAP_TOUCHES = 1e-9
 overlaps that follow each other after no more than this are one."""
 GAP_CLOSED = 1e-13
 """Of the scene's size: a distance that is less is 0 where its root is looked for; poses are known to as much."""
+TRACK_FOLLOWS = 1e-12
+"""Of the scene's size: how far a polynomial through poses may be from another pose, if it tells all poses between."""
+TRACK_NOISE = 1e-7
+"""Of the scene's size: poses that are off a polynomial by less, and no less in half its interval, are not known better;
+integrated ones are known to about 1e-8.
+"""
 GAP_FLAT = 1e-12
 """Of the scene's size: a depth that changes by no more around its greatest value is known."""
+ROUGH_FLAT = 1e-4
+"""Of a depth of outlines that are not convex, which is told to four digits: the same."""
 INSTANT_ROUNDS = 1e-14
 """Of the time: two instants between which there is hardly another float."""
 EDGES_CROSS = 1e-3
@@ -487,6 +497,8 @@ FACETS_TOUCH = 1e-10
 """Of an outline's size: polygons that overlap by no more touch; what parts them is found to about 1e-13."""
 PLACES_MEET = 1e-9
 """Of an outline's size, and of directions: what the rows of a contact may be off where Newton's method has found it."""
+PLACE_ROUNDS = 1e-10
+"""Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 

@@ -135,7 +135,7 @@ class _RareCollections:
             if self._calls == 1:
                 self._before = gc.get_threshold()
                 if 0 < self._before[0] < self.THRESHOLD:  # 0: it is switched off
-                    gc.set_threshold(self.THRESHOLD, *self._before[1:])
+                    gc.set_threshold(self.THRESHOLD, max(self._before[1], 50), max(self._before[2], 100))
 
     def __exit__(self, *_: object) -> None:
         with self._lock:

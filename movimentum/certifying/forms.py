@@ -19,12 +19,14 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.certifying.circular import DEGREE, arctangent, exponential, logarithm, sine_cosine
+from movimentum.certifying.tabled import pieces_of, reach
 from movimentum.expressions.operations import column
+from movimentum.expressions.tables import Pieces, Table
 from movimentum.records import dataclass, field
 from movimentum.tolerances import LEAST_RADIUS, NEAR_END_OF_ANGLE, RADIUS_UP, UNIT_ROUNDOFF
 
-NOT_ENCLOSED = frozenset({"table", "nearest", "nearest-turned"})
-"""Operations that have no enclosure: what a table says between its rows, the nearest point of an outline."""
+NOT_ENCLOSED = frozenset({"nearest", "nearest-turned"})
+"""Operations that have no enclosure: the nearest point of an outline."""
 MOST_EXPONENT = 64
 """The largest whole exponent that is written as products."""
 
@@ -145,6 +147,7 @@ class Forms:
 
     jump: FloatArray | float = 0.0
     _column: dict[str, Any] = field(init=False)
+    _tables: dict[Table, Pieces] = field(default_factory=dict[Table, Pieces])
 
     def __post_init__(self) -> None:
         self._column = column(self)
@@ -317,6 +320,11 @@ class Forms:
         good = (a.c > 0.0) & (e < 1.0)
         return TimeForm(np.where(good, value, np.nan), a.s * inverse, np.where(good, r, np.inf))
 
-    def table(self, a: TimeForm, table: Any) -> TimeForm:
-        """No value: see `NOT_ENCLOSED`."""
-        return nothing(len(a.c))
+    def table(self, a: TimeForm, table: Table) -> TimeForm:
+        """What a table says (see `tabled`)."""
+        if table not in self._tables:
+            self._tables[table] = pieces_of(table)
+        value, off, slope, slope_off, jump = reach(table, self._tables[table], a.c, a.reach)
+        self.jump = np.maximum(self.jump, jump)
+        r = off + np.abs(slope) * a.r + slope_off * a.reach + 4.0 * UNIT_ROUNDOFF * np.abs(slope * a.s)
+        return TimeForm(value, slope * a.s, np.where(np.isfinite(value), up(r), np.inf))

@@ -29,7 +29,7 @@ from movimentum.drawing.model import (
     TraceMark,
 )
 from movimentum.drawing.options import PictureOptions, Show
-from movimentum.drawing.skeletons import joints_of, skeleton_marks, skeleton_of
+from movimentum.drawing.skeletons import DrawnAt, drawn_at, joints_of, skeleton_marks, skeleton_of
 from movimentum.drawing.style import ACCENT, BACKGROUND, TRACE_WIDTH, Color, color_of, motion_color
 from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Scene, Thing
@@ -80,12 +80,13 @@ def _on(matte: Color, mark: ThingMark | FilmMark) -> ThingMark | FilmMark:
 
 def _things(scene: Scene, backdrop: bool = False) -> Iterator[ThingMark | FilmMark]:
     """The marks of the script's things, or of those of a picture only (`drawing.backdrop`), which have no name."""
+    at = drawn_at(scene)
     for number in scene.drawing_order():
         look()
         thing = scene.things[number]
         if bool(thing.name) is not backdrop and not thing.hidden and not _over(scene, thing):
-            under = _supports(scene, thing) if thing.look.fixed and not _covered(scene, thing) else ()
-            yield from (*under, *marks_of(scene, thing))
+            under = _supports(scene, thing, at) if thing.look.fixed and not _covered(scene, thing) else ()
+            yield from (*under, *marks_of(scene, thing, at))
 
 
 def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
@@ -95,18 +96,18 @@ def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
             yield thing.number, inside
 
 
-def marks_of(scene: Scene, thing: Thing) -> Iterator[ThingMark | FilmMark]:
-    """What one thing looks like, back to front."""
+def marks_of(scene: Scene, thing: Thing, at: DrawnAt) -> Iterator[ThingMark | FilmMark]:
+    """What one thing looks like, back to front; ``at``: `drawn_at` of the scene."""
     skeleton = skeleton_of(scene, thing)
     if skeleton is not None:
-        yield from skeleton_marks(scene, thing, skeleton)
+        yield from skeleton_marks(scene, thing, skeleton, at)
         return
     if thing.kind is VELOCITIES:
         yield from _velocities(scene, thing)
         return
     mark = _mark(scene, thing)
     parts = pins(thing, joints_of(scene, thing))
-    over = tuple(_supports_over(scene, thing)) if covers(thing) else ()
+    over = tuple(_supports_over(scene, thing, at)) if covers(thing) else ()
     if over and isinstance(mark, FigureMark):
         mark = replace(mark, parts=mark.parts[: len(mark.parts) - len(parts)])
     if mark is not None:
@@ -242,12 +243,12 @@ def _trace(scene: Scene, thing: Thing) -> TraceMark:
     )  # fmt: skip
 
 
-def _supports(scene: Scene, thing: Thing) -> Iterator[SymbolMark]:
+def _supports(scene: Scene, thing: Thing, at: DrawnAt) -> Iterator[SymbolMark]:
     """The supports under a thing that is fixed: at its joints, or at all its anchors where it has none; not where a
     ground (perhaps a hidden one) is.
     """
     joints = joints_of(scene, thing)
-    others = {ref for ground in scene.things if ground.kind is GROUND for ref in ground.through}
+    others = {ref for each in at.get(thing.number, ()) if each.kind is GROUND for ref in each.through}
     for number, anchor in enumerate(thing.anchors):
         if (number in joints or not joints) and AnchorRef(thing.number, number) not in others:
             yield _support(thing, anchor.local)
@@ -272,13 +273,13 @@ def _over(scene: Scene, thing: Thing) -> bool:
     return isinstance(ref, AnchorRef) and _covered(scene, scene.things[ref.thing])
 
 
-def _supports_over(scene: Scene, thing: Thing) -> Iterator[ThingMark | FilmMark]:
+def _supports_over(scene: Scene, thing: Thing, at: DrawnAt) -> Iterator[ThingMark | FilmMark]:
     """The supports of a thing that would hide them if they were under it."""
     if thing.look.fixed:
-        yield from _supports(scene, thing)
+        yield from _supports(scene, thing, at)
     else:
         yield from (_support(thing, thing.anchors[r.anchor].local) for r in scene.grounds if r.thing == thing.number)
-    for ground in scene.things:
+    for ground in at.get(thing.number, ()):
         ref = ground.through[0] if ground.through else None
         if isinstance(ref, AnchorRef) and ref.thing == thing.number and not ground.hidden and _over(scene, ground):
             mark = _mark(scene, ground)

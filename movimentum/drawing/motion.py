@@ -212,11 +212,7 @@ _PAINTED = ("opacity", "red", "green", "blue", "scale")
 def _paint_state(paint: Paint, poses: Poses, *, numbers: bool = True) -> list[FloatArray]:
     """Visibility and the properties that change, each (F, 1); ``numbers``: those too that the thing shows."""
     columns = [poses.visible[paint.thing].astype(np.float64)[:, None]]
-    columns += [
-        values[:, None]
-        for (thing, name), values in sorted(poses.properties.items())
-        if thing == paint.thing and (numbers or name in _PAINTED)
-    ]
+    columns += [values[:, None] for name, values in poses.of_things.get(paint.thing, ()) if numbers or name in _PAINTED]
     if paint.slot is not None:
         columns.append(paint.slot.taken(poses).astype(np.float64)[:, None])
     return columns

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from movimentum.drawing.figures import PIN_EDGE
 from movimentum.drawing.model import FigureMark, Paint
@@ -22,6 +22,19 @@ def joints_of(scene: Scene, thing: Thing) -> frozenset[int]:
     return scene.joints.get(thing.number, frozenset())
 
 
+DrawnAt = Mapping[int, Sequence[Thing]]
+"""The number of a thing -> the things that are drawn at anchors of it."""
+
+
+def drawn_at(scene: Scene) -> DrawnAt:
+    """What is drawn at the anchors of each thing of a scene, found in one pass over it."""
+    found: dict[int, list[Thing]] = {}
+    for each in scene.things:
+        for number in dict.fromkeys(ref.thing for ref in each.through if isinstance(ref, AnchorRef)):
+            found.setdefault(number, []).append(each)
+    return found
+
+
 def skeleton_of(scene: Scene, thing: Thing) -> Thing | None:
     """The skeleton that shows a thing, if one does: the first that names it, or that names none."""
     if not thing.is_body or thing.kind in (LABEL, SPRITE) or thing.kind.valued or len(thing.anchors) < 1:
@@ -30,11 +43,11 @@ def skeleton_of(scene: Scene, thing: Thing) -> Thing | None:
     return next((each for each in found if thing.number in each.about or not each.about), None)
 
 
-def skeleton_marks(scene: Scene, thing: Thing, skeleton: Thing) -> Iterator[FigureMark]:
+def skeleton_marks(scene: Scene, thing: Thing, skeleton: Thing, at: DrawnAt) -> Iterator[FigureMark]:
     """Lines between the joints of a body, a tinted polygon where there are more than two, and circles at them."""
     joints = joints_of(scene, thing)
     places = [anchor.local for number, anchor in enumerate(thing.anchors) if not joints or number in joints]
-    shown = {ref.anchor for each in scene.things for ref in each.through
+    shown = {ref.anchor for each in at.get(thing.number, ()) for ref in each.through
              if isinstance(ref, AnchorRef) and ref.thing == thing.number and not each.hidden}  # fmt: skip
     points = list(dict.fromkeys([*places, *(thing.anchors[number].local for number in sorted(shown))]))
     if len(points) == 1:  # a crank or a slider may have its other end free

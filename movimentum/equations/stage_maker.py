@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.interactive.formula import lowered_in, to_sympy
+from movimentum.analysis.interactive.formula import has_long_table, lowered_in, to_sympy
 from movimentum.arrays import FloatArray
 from movimentum.equations.program import (
     RESERVED,
@@ -64,10 +64,14 @@ class StageMaker:
             if not isinstance(one, Expr):
                 raise NoProgram(one.words)
             roots.append(one)
-        blocks = plan.blocks if self.whole else self._needed(symbol_numbers(*roots))
+        blocks = plan.blocks if self.whole else [plan.blocks[k] for k in plan.behind(symbol_numbers(*roots))]
         for block in blocks:
             if isinstance(block, Free | Integral | Ode) or (isinstance(block, Newton) and not block.is_square):
                 raise self._none(block)
+            if has_long_table(*(plan.system.equations[e].residual for e in block.equations)):
+                raise self._none(block, "follows a curve, or a long table")
+        if has_long_table(*roots):
+            raise NoProgram("a value reads a curve, or a long table, and has no formula")
         for block in blocks:
             self._take(block)
         system = plan.system
@@ -81,19 +85,6 @@ class StageMaker:
         )
         start, statements = float(system.segment.start), tuple(self.statements)
         return StageProgram(start, self.end, statements, outputs, tuple(self.loops), tuple(self.forks), choices, checks)
-
-    def _needed(self, numbers: Iterable[int]) -> list[Block]:
-        plan = self.motion.plan
-        found: set[int] = set()
-        stack = list(numbers)
-        while stack:
-            owner = plan.owner.get(stack.pop())
-            if owner is not None and owner not in found:
-                found.add(owner)
-                block = plan.blocks[owner]
-                used = symbol_numbers(*(plan.system.equations[e].residual for e in block.equations))
-                stack.extend(used | block.inputs)
-        return [plan.blocks[number] for number in sorted(found)]
 
     def name(self, unknown: int) -> str:
         """The identifier of an unknown."""
@@ -167,9 +158,9 @@ class StageMaker:
             case _:
                 raise self._none(block)
 
-    def _none(self, block: Block) -> NoProgram:
+    def _none(self, block: Block, what: str = "comes from an integral") -> NoProgram:
         system = self.motion.plan.system
-        what, reasons = "comes from an integral", [system.equations[e].constraint for e in block.equations]
+        reasons = [system.equations[e].constraint for e in block.equations]
         if isinstance(block, Free):
             what = "moves freely, or follows a wish"
             wishes = [wish.constraint for wish in system.wishes if wish.about & set(block.unknowns)]

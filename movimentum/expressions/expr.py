@@ -9,6 +9,7 @@ modulo π/2 is not, so a crank at 270° is exactly at its dead centre (see docs/
 op             meaning (arguments are `Expr`, ``payload`` in brackets)
 =============  =====================================================================
 const          a number [float]
+rational, pi   what a const is that no float can be [Fraction]: origins only
 symbol         an unknown or anything that the scene names [hashable]
 clock          time since an instant: T - start [Fraction]
 lifetime       how long a constraint stays stated, ``.iv`` [constraint id]; the
@@ -40,46 +41,98 @@ import math
 from collections.abc import Hashable
 from fractions import Fraction
 
+from movimentum.expressions.rational import rational_value
+
+
+class Occurring:
+    """What there may be in an expression that somebody looks for; see `Expr.occurring`. Plain numbers: an operation of
+    flags takes as long as making a node.
+    """
+
+    TIME = 1
+    """A clock or an integral."""
+    PHASE = 2
+    """A function of an angle, or a table."""
+    DIVISION = 4
+    """Something that has a divisor: a quotient, a tangent, a power."""
+    PARTIAL = 8
+    """An operation that is not defined, or not finite, everywhere."""
+    LASTING = 16
+    """A leaf that the timeline replaces."""
+
+
+_OCCURRING: dict[str, int] = {
+    **dict.fromkeys(("clock", "integral"), Occurring.TIME),
+    **dict.fromkeys(("sind", "cosd"), Occurring.PHASE),
+    **dict.fromkeys(("lifetime", "progress"), Occurring.LASTING),
+    **dict.fromkeys(("sqrt", "asind", "acosd", "exp", "ln", "mod"), Occurring.PARTIAL),
+    "tand": Occurring.PHASE | Occurring.DIVISION | Occurring.PARTIAL,
+    "table": Occurring.PHASE | Occurring.PARTIAL,
+    "div": Occurring.DIVISION | Occurring.PARTIAL,
+    "pow": Occurring.DIVISION | Occurring.PARTIAL,
+}
+
 
 class Expr:
     """One node; build it with the functions of this package, which fold constants.
 
     ``origin`` of a const is the operation that it was folded from, whose value is known to any number of digits while
-    the const's is rounded; it does not belong to the identity of the node (equality, pickles). ``timed``: there is a
-    clock or an integral in it. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by
-    `walk.symbols`, once asked for.
+    the const's is rounded; it does not belong to the identity of the node (equality, pickles), and is made when it is
+    first asked for. One that is 0, 1 or -1 has none if it is exactly that number, and only then it is left out of sums
+    and products. The ``origin`` of a power is its exponent, where no float is. ``occurring``: what there is in it of
+    `Occurring`. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by `walk.symbols`, once
+    asked for.
     """
 
-    __slots__ = ("_hash", "args", "depth", "op", "origin", "payload", "symbols_below", "timed", "value")
+    __slots__ = ("_hash", "_origin", "args", "depth", "occurring", "op", "payload", "symbols_below", "value")
 
     op: str
     args: tuple[Expr, ...]
     payload: Hashable
     depth: int
-    origin: Expr | None
-    timed: bool
+    occurring: int
     value: float | None
     symbols_below: frozenset[Hashable] | None
+    _origin: Expr | tuple[str, tuple[Expr, ...]] | None
 
     def __init__(
-        self, op: str, args: tuple[Expr, ...] = (), payload: Hashable = None, origin: Expr | None = None
+        self,
+        op: str,
+        args: tuple[Expr, ...] = (),
+        payload: Hashable = None,
+        origin: Expr | tuple[str, tuple[Expr, ...]] | None = None,
     ) -> None:
         self.op = op
         self.args = args
         self.payload = payload
-        self.origin = origin
-        depth = 0
-        timed = op in ("clock", "integral")
-        for arg in args:
-            if arg.depth > depth:
-                depth = arg.depth
-            if arg.timed:
-                timed = True
-        self.depth = depth + 1
-        self.timed = timed
-        self.value = payload if op == "const" and isinstance(payload, float) else None
+        self._origin = origin
+        occurring = _OCCURRING.get(op, 0)
+        if args:
+            depth = 0
+            for arg in args:
+                if arg.depth > depth:
+                    depth = arg.depth
+                occurring |= arg.occurring
+            self.depth = depth + 1
+            self.value = None
+        else:
+            self.depth = 1
+            self.value = payload if op == "const" and isinstance(payload, float) else None
+        self.occurring = occurring
         self.symbols_below = None
         self._hash = hash((op, args, payload))
+
+    @property
+    def timed(self) -> bool:
+        """Whether there is a clock or an integral in it."""
+        return bool(self.occurring & Occurring.TIME)
+
+    @property
+    def origin(self) -> Expr | None:
+        """The operation that a const was folded from; None for one that was stated, and for any other node."""
+        if isinstance(self._origin, tuple):
+            self._origin = Expr(*self._origin)
+        return self._origin
 
     def __hash__(self) -> int:
         return self._hash
@@ -120,6 +173,7 @@ class Expr:
 
 ZERO = Expr("const", (), 0.0)
 ONE = Expr("const", (), 1.0)
+PI = Expr("const", (), math.pi, Expr("pi"))
 
 
 def const(value: float) -> Expr:
@@ -127,18 +181,77 @@ def const(value: float) -> Expr:
     return Expr("const", (), float(value) + 0.0)  # + 0.0 turns -0.0 into 0.0
 
 
+class StatedNumber(float):
+    """A number that no float is, or of constants that keep their names: ``stated`` tells how (see `Expr.origin`)."""
+
+    __slots__ = ("stated",)
+
+    stated: Expr
+
+    def __new__(cls, value: float, stated: Expr) -> StatedNumber:
+        """The number."""
+        made = super().__new__(cls, value)
+        made.stated = stated
+        return made
+
+
+def as_stated(value: float) -> Expr:
+    """A number as a constant that knows how it was computed."""
+    return value.stated if isinstance(value, StatedNumber) else const(value)
+
+
 def ratio(value: Fraction) -> Expr:
     """A rational number, or infinity; if a float cannot hold it, its ``origin`` is the quotient that it stands for."""
-    if max(abs(value.numerator), value.denominator) >= 2**53:
-        try:
-            return const(float(value))
-        except OverflowError:
-            return const(math.inf if value > 0 else -math.inf)
-    return div(const(float(value.numerator)), const(float(value.denominator)))
+    if max(abs(value.numerator), value.denominator) < 2**53:
+        return div(const(float(value.numerator)), const(float(value.denominator)))
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return const(math.inf if value > 0 else -math.inf)
+    return const(nearest) if Fraction(repr(nearest)) == value else folded(nearest, Expr("rational", (), value))
+
+
+def folded(value: float, origin: Expr | tuple[str, tuple[Expr, ...]]) -> Expr:
+    """The const that an operation on numbers is; without its origin if it is exactly 0, 1 or -1."""
+    node = Expr("const", (), value + 0.0, origin)
+    if value in _NEUTRAL and rational_value(node) == value:
+        node._origin = None  # pyright: ignore[reportPrivateUsage]
+    return node
+
+
+_NEUTRAL = (0.0, 1.0, -1.0)
 
 
 def _fold(value: float, op: str, *args: Expr) -> Expr:
-    return Expr("const", (), value + 0.0, Expr(op, args))
+    return folded(value, (op, args))
+
+
+def _is(node: Expr, number: float) -> bool:
+    """Whether a node is exactly a number (see `Expr.origin`)."""
+    return node.value == number and node._origin is None  # pyright: ignore[reportPrivateUsage]
+
+
+def same(a: Expr, b: Expr) -> bool:
+    """Whether two nodes are equal, and their constants are the same rational numbers, or were computed alike."""
+    if a is b:
+        return True
+    if a != b:
+        return False
+    seen: set[tuple[int, int]] = set()
+    stack = [(a, b)]
+    while stack:
+        one, other = stack.pop()
+        if one is other or (id(one), id(other)) in seen:
+            continue
+        seen.add((id(one), id(other)))
+        first, second = one.origin or one, other.origin or other
+        if first != second or len(first.args) != len(second.args):
+            number = rational_value(one)
+            if number is None or number != rational_value(other):
+                return False
+            continue
+        stack += zip(first.args, second.args, strict=True)
+    return True
 
 
 def symbol(name: Hashable) -> Expr:
@@ -160,11 +273,11 @@ def add(a: Expr, b: Expr) -> Expr:
     """a + b."""
     if a.value is not None and b.value is not None:
         return _fold(a.value + b.value, "add", a, b)
-    if a.value == 0.0:
+    if _is(a, 0.0):
         return b
-    if b.value == 0.0:
+    if _is(b, 0.0):
         return a
-    if (b.op == "neg" and b.args[0] == a) or (a.op == "neg" and a.args[0] == b):
+    if (b.op == "neg" and same(b.args[0], a)) or (a.op == "neg" and same(a.args[0], b)):
         return ZERO
     return Expr("add", (a, b))
 
@@ -186,16 +299,18 @@ def sub(a: Expr, b: Expr) -> Expr:
 def mul(a: Expr, b: Expr) -> Expr:
     """a * b."""
     if a.value is not None and b.value is not None:
-        if a.value * b.value == 0.0 and (a.value == 0.0 or b.value == 0.0):
+        if _is(a, 0.0) or _is(b, 0.0):
             return ZERO  # whatever the other was computed from
+        if _is(a, 1.0) or _is(b, 1.0):
+            return b if _is(a, 1.0) else a
         return _fold(a.value * b.value, "mul", a, b)
     if b.value is not None:
         a, b = b, a
-    if a.value == 0.0:
+    if _is(a, 0.0):
         return ZERO
-    if a.value == 1.0:
+    if _is(a, 1.0):
         return b
-    if a.value == -1.0:
+    if _is(a, -1.0):
         return neg(b)
     if a.value is not None and b.op == "mul" and b.args[0].value is not None:
         return mul(mul(a, b.args[0]), b.args[1])
@@ -209,16 +324,16 @@ def div(a: Expr, b: Expr) -> Expr:
     if b.value is not None and b.value != 0.0:
         if a.value is not None:
             return _fold(a.value / b.value, "div", a, b)
-        if b.value == 1.0:
+        if _is(b, 1.0):
             return a
-    if a.value == 0.0 and b.value is None:
+    if _is(a, 0.0) and b.value is None:
         return ZERO
     return Expr("div", (a, b))
 
 
 def integral(a: Expr, start: Fraction) -> Expr:
     """The integral of a over time from ``start`` to now."""
-    return ZERO if a.value == 0.0 else Expr("integral", (a,), start)
+    return ZERO if _is(a, 0.0) else Expr("integral", (a,), start)
 
 
 def derivative(a: Expr) -> Expr:

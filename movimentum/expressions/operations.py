@@ -13,12 +13,13 @@ from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from typing import Any
 
-from movimentum.expressions.expr import ONE, ZERO, Expr, add, const, div, mul, neg, sub
-from movimentum.expressions.floats import RADIANS, Floats
+from movimentum.expressions.expr import ONE, PI, ZERO, Expr, add, const, div, folded, mul, neg, sub
+from movimentum.expressions.floats import Floats
 from movimentum.records import dataclass
 
-_DEGREE = const(RADIANS)
-_PER_RADIAN = const(1.0 / RADIANS)
+DEGREE = div(PI, const(180.0))
+"""In radians."""
+_PER_RADIAN = div(ONE, DEGREE)
 
 Derivative = Callable[[Any, Sequence[Expr]], Expr]
 """From a node and the derivatives of its arguments to its own."""
@@ -51,14 +52,14 @@ class Operation:
     payload: bool = False
 
 
-def power(a: Expr, exponent: float) -> Expr:
-    """a ** exponent for a constant exponent."""
-    if exponent == 1.0:
+def power(a: Expr, exponent: float, stated: Expr | None = None) -> Expr:
+    """a ** exponent for a constant exponent; ``stated``: what that is, where no float is (see `Expr.origin`)."""
+    if exponent == 1.0 and stated is None:
         return a
-    if exponent == 0.0:
+    if exponent == 0.0 and stated is None:
         return ONE
-    folded = Expr("pow", (a,), float(exponent))
-    return _folded(folded) if a.value is not None else folded
+    node = Expr("pow", (a,), float(exponent), stated)
+    return _folded(node) if a.value is not None else node
 
 
 def call(op: str, *args: Expr, payload: Hashable = None) -> Expr:
@@ -71,7 +72,7 @@ def call(op: str, *args: Expr, payload: Hashable = None) -> Expr:
 
 def _folded(node: Expr) -> Expr:
     value = evaluate_op(node.op, node.payload, [arg.value or 0.0 for arg in node.args])
-    return Expr("const", (), value + 0.0, node) if math.isfinite(value) else node
+    return folded(value, node) if math.isfinite(value) else node
 
 
 def evaluate_op(op: str, payload: Hashable, values: Sequence[float]) -> float:
@@ -141,10 +142,10 @@ OPERATIONS = (
     Operation("neg", 1, lambda node, d: neg(d[0]), value=lambda m, a: -a),
     Operation("pow", 1, _power_rate, payload=True),
     Operation("sqrt", 1, lambda node, d: div(d[0], mul(const(2.0), node)), "sqrt"),
-    Operation("sind", 1, lambda node, d: mul(mul(_DEGREE, call("cosd", *node.args)), d[0]), "sin"),
-    Operation("cosd", 1, lambda node, d: neg(mul(mul(_DEGREE, call("sind", *node.args)), d[0])), "cos"),
+    Operation("sind", 1, lambda node, d: mul(mul(DEGREE, call("cosd", *node.args)), d[0]), "sin"),
+    Operation("cosd", 1, lambda node, d: neg(mul(mul(DEGREE, call("sind", *node.args)), d[0])), "cos"),
     Operation(
-        "tand", 1, lambda node, d: mul(mul(_DEGREE, add(ONE, mul(node, node))), d[0]), "tan",
+        "tand", 1, lambda node, d: mul(mul(DEGREE, add(ONE, mul(node, node))), d[0]), "tan",
         lambda m, a: m.div(m.sind(a), m.cosd(a)),
     ),
     Operation("asind", 1, _asind_rate, "asin", lambda m, a: m.atan2d(a, _cosine_of(m, a))),

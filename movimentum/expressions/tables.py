@@ -1,6 +1,6 @@
 """A table of numbers as a function: straight lines between its rows, or a smooth curve through them.
 
-It is made of pieces, polynomials of at most the third degree in the distance from where each begins, and one more on
+It is made of pieces, polynomials of at most the fifth degree in the distance from where each begins, and one more on
 either side: what the table says beyond its ends. So its derivatives are such functions too, exact to the last digit.
 The smooth curve is the cubic spline with two continuous derivatives: not-a-knot at its ends, or periodic (de Boor,
 *A Practical Guide to Splines*, chapter IV). Its slopes solve a tridiagonal system in floats; other kinds of numbers
@@ -9,7 +9,6 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -59,7 +58,7 @@ class Numbers(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """Polynomials c0 + c1 t + c2 t² + c3 t³ in the distance t from ``base``, from one of ``breaks`` to the next.
+    """Polynomials c0 + c1 t + c2 t² + … in the distance t from ``base``, from one of ``breaks`` to the next.
 
     ``base`` and each of ``coefficients`` have one number for each piece, ``breaks`` one less; for a periodic table
     ``first`` and ``period`` (one number each) say how an argument is brought into it.
@@ -75,7 +74,8 @@ class Pieces:
 class Table:
     """A function of one number, by ``x`` (N,), which increases, and ``y`` (N,); equal if it has the same values.
 
-    A ``smooth`` one with known ``slopes`` (N,) has these at its rows (Hermite's cubics).
+    A ``smooth`` one with known ``slopes`` (N,) has these at its rows (Hermite's cubics); with ``bends`` (N,), halves of
+    the second derivatives, these too (Hermite's quintics).
 
     ``order`` says which derivative it is. Where that jumps, it has the value on the right, or on the left if ``side``
     is -1. ``spelled`` is its file and what follows, for messages: ``("walk.csv", "knee", "")``.
@@ -93,10 +93,13 @@ class Table:
         side: int = 1,
         digest: bytes = b"",
         slopes: FloatArray | None = None,
+        bends: FloatArray | None = None,
     ) -> None:
+        import hashlib  # few scripts have a table
+
         self.x, self.y, self.smooth, self.ends, self.spelled = x, y, smooth, ends, spelled
-        self.order, self.side, self.slopes = order, side, slopes
-        more = b"" if slopes is None else slopes.tobytes()
+        self.order, self.side, self.slopes, self.bends = order, side, slopes, bends
+        more = b"".join(each.tobytes() for each in (slopes, bends) if each is not None)
         content = digest or hashlib.blake2b(x.tobytes() + y.tobytes() + more, digest_size=16).digest()
         self.digest = content
         self._key = content, smooth, ends, order, side
@@ -109,8 +112,8 @@ class Table:
         return self is other or (isinstance(other, Table) and self._key == other._key)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        state = self.x, self.y, self.smooth, self.ends, self.spelled, self.order, self.side, self.digest, self.slopes
-        return _again, state
+        shape = self.x, self.y, self.smooth, self.ends, self.spelled
+        return _again, (*shape, self.order, self.side, self.digest, self.slopes, self.bends)
 
     def __repr__(self) -> str:
         file, column, rest = self.spelled
@@ -123,9 +126,9 @@ class Table:
 
     def derived(self, side: int | None = None) -> Table | None:
         """The derivative, with a value of one ``side`` where it jumps; None if it is 0 throughout."""
-        if self.order >= (3 if self.smooth else 1):
+        if self.order >= (1 if not self.smooth else 3 if self.bends is None else 5):
             return None
-        rest = self.order + 1, side or self.side, self.digest, self.slopes
+        rest = self.order + 1, side or self.side, self.digest, self.slopes, self.bends
         return _again(self.x, self.y, self.smooth, self.ends, self.spelled, *rest)
 
     def rate(self, argument: Expr, side: int | None = None) -> Expr:
@@ -141,7 +144,7 @@ class Table:
     def pieces(self) -> Pieces:
         """In floats."""
         margin = np.array([TABLE_END * float(self.x[-1] - self.x[0])])
-        return self._pieces(self.x, self.y, self._float_slopes, np.array([0.0, np.nan]), margin)
+        return self._pieces(self.x, self.y, self._float_slopes, np.array([0.0, np.nan]), margin, self.bends)
 
     def at(self, u: Any) -> Any:
         """The values at ``u``, floats of any shape; nan where there is none."""
@@ -157,7 +160,9 @@ class Table:
         x, y = (numbers.rationals([Fraction(repr(value)) for value in row.tolist()]) for row in (self.x, self.y))
         margin = numbers.rationals([Fraction(TABLE_END)]) * (x[-1:] - x[:1])
         fixed = numbers.floats(np.array([0.0, np.nan]))
-        return self._pieces(x, y, lambda: self._slopes_in(numbers, x, y), fixed, margin)
+        bends = self.bends
+        wide = None if bends is None else numbers.rationals([Fraction(repr(value)) for value in bends.tolist()])
+        return self._pieces(x, y, lambda: self._slopes_in(numbers, x, y), fixed, margin, wide)
 
     def pace(self, argument: Expr, step: float) -> Expr:
         """Something that grows by ``step`` at most over each row of the table as ``argument`` goes along it (in a long
@@ -179,13 +184,15 @@ class Table:
 
     # --- its pieces, in any arithmetic
 
-    def _pieces(self, x: Any, y: Any, slopes: Callable[[], Any], fixed: Any, margin: Any) -> Pieces:
+    def _pieces(self, x: Any, y: Any, slopes: Callable[[], Any], fixed: Any, margin: Any, bends: Any) -> Pieces:
         """``fixed`` are 0 and nan; ``margin``: how far beyond its ends a table still counts as defined."""
         zero, undefined = fixed[:1], fixed[1:]
         h = x[1:] - x[:-1]
         chord = (y[1:] - y[:-1]) / h
         coefficients: list[Any]
-        if self.smooth:
+        if bends is not None:
+            coefficients = _quintics(h, y, slopes(), bends)
+        elif self.smooth:
             m = slopes()
             bend = (m[:-1] + m[1:] - (chord + chord)) / h
             coefficients = [y[:-1], m[:-1], (chord - m[:-1]) / h - bend, bend / h]
@@ -337,8 +344,30 @@ def _again(
     side: int,
     digest: bytes,
     slopes: FloatArray | None,
+    bends: FloatArray | None,
 ) -> Table:
-    return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest, slopes=slopes)
+    known = {"slopes": slopes, "bends": bends}
+    return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest, **known)
+
+
+def _quintics(h: Any, y: Any, m: Any, q: Any) -> list[Any]:
+    """The coefficients for values, slopes and halves of second derivatives at both ends of rows ``h`` wide."""
+
+    def times(count: int, c: Any) -> Any:
+        total = c
+        for _ in range(count - 1):
+            total = total + c
+        return total
+
+    square = h * h
+    value = y[1:] - y[:-1] - m[:-1] * h - q[:-1] * square
+    slope = (m[1:] - m[:-1] - times(2, q[:-1] * h)) * h
+    bend = (q[1:] - q[:-1]) * square
+    third = times(10, value) - times(4, slope) + bend
+    fourth = times(7, slope) - times(15, value) - times(2, bend)
+    fifth = times(6, value) - times(3, slope) + bend
+    cube = square * h
+    return [y[:-1], m[:-1], q[:-1], third / cube, fourth / (cube * h), fifth / (cube * square)]
 
 
 def _joined(*parts: Any) -> Any:

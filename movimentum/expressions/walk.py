@@ -78,7 +78,7 @@ def rebuild(node: Expr, args: tuple[Expr, ...]) -> Expr:
         case "neg":
             return neg(*args)
         case "pow":
-            return power(args[0], node.exponent)
+            return power(args[0], node.exponent, node.origin)
         case "integral":
             return integral(args[0], node.start)
         case "derivative":

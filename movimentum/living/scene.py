@@ -11,6 +11,7 @@ from movimentum.drawing.compose import compose, marks_of
 from movimentum.drawing.model import FilmMark, ImageMark, SymbolMark, ThingMark
 from movimentum.drawing.motion import link_points
 from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.skeletons import drawn_at
 from movimentum.expressions import Expr, symbol
 from movimentum.living.numbers import LiveNumber, live_array, settled
 from movimentum.records import dataclass, field, fields, replace
@@ -126,9 +127,10 @@ def is_live(*values: Any) -> bool:
 
 def lost(scene: Scene, drawn_otherwise: Callable[[Thing], bool]) -> Iterator[Thing]:
     """The things of a scene of live numbers whose pictures would stay as they are."""
+    at = drawn_at(scene)
     for thing in scene.things:
         with settled() as seen:
-            found = [] if thing.hidden or drawn_otherwise(thing) else list(marks_of(scene, thing))
+            found = [] if thing.hidden or drawn_otherwise(thing) else list(marks_of(scene, thing, at))
         if seen or any(isinstance(mark, ImageMark) and is_live(mark.pixel) for mark in found):
             yield thing
 

@@ -30,6 +30,8 @@ Point = tuple[float, float]
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
+LENGTHS = 1440.0
+"""Short pieces whose lengths are known: splines between them then tell lengths to 1e-10 of the whole."""
 MANY_PIECES = 8
 """Each is computed by itself if there are so many or more."""
 
@@ -77,7 +79,8 @@ class Contour:
     ends included. ``reach``: everything within so much of the curve belongs to the thing (half the width of a line).
     ``doubled``: there and back again along an open line, which so has two sides. ``straight``: it has straight edges
     only. ``hollow``: what is inside is free, a hole. ``times``: it is so many times the same. Equal if all of this is.
-    ``own``: the same for each piece by itself, which is less work where there are many.
+    ``own``: the same for each piece by itself, which is less work where there are many; if it is several ``times``
+    the same, those of the first time.
 
     The positive side (`side` 1: the left, -1: the right) is outside of a closed outline (of a hole its inside), and the
     left of an open one.
@@ -129,7 +132,8 @@ class Contour:
     @cached_property
     def _functions(self) -> list[Callable[[FloatArray], list[FloatArray]]]:
         """That of the whole, or that of each piece."""
-        each = self.own if len(self.own) >= MANY_PIECES else [(*self.position, *self.direction)]
+        apart = len(self.own) >= MANY_PIECES or (self.own and self.times > 1)
+        each = self.own if apart else [(*self.position, *self.direction)]
         return [numeric([x, y, tx, ty, *map(slope, (x, y, tx, ty))]) for x, y, tx, ty in each]
 
     def values(self, place: FloatArray) -> FloatArray:
@@ -138,25 +142,35 @@ class Contour:
         if len(self._functions) == 1:
             return np.stack(self._functions[0](place))
         flat = place.reshape(-1)
+        number = np.minimum(np.floor((flat - self.first) * (self.times / self.period)), self.times - 1.0)
+        flat = flat - number * (self.period / self.times)
         forms, known = self._forms
         piece = np.searchsorted(self._inner, flat, side="left")
         found = in_forms(forms[:, piece], flat - self._starts[piece])
         for k in np.unique(piece[~known[piece]]).tolist():
             some = piece == k
             found[:, some] = self._functions[k](flat[some])
+        if self.times > 1:
+            c, s = np.cos(2.0 * np.pi / self.times * number), np.sin(2.0 * np.pi / self.times * number)
+            found[::2], found[1::2] = c * found[::2] - s * found[1::2], s * found[::2] + c * found[1::2]
         return found.reshape(8, *place.shape)
+
+    @property
+    def once(self) -> tuple[float, ...]:
+        """The breaks of the first time that it is the same."""
+        return self.breaks[: (len(self.breaks) - 1) // self.times + 1]
 
     @cached_property
     def _inner(self) -> FloatArray:
-        return np.array(self.breaks[1:-1])
+        return np.array(self.once[1:-1])
 
     @cached_property
     def _starts(self) -> FloatArray:
-        return np.array(self.breaks[:-1])
+        return np.array(self.once[:-1])
 
     @cached_property
     def _forms(self) -> tuple[FloatArray, BoolArray]:
-        return forms_of(self._functions, self.breaks)
+        return forms_of(self._functions, self.once)
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""
@@ -174,8 +188,7 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        once = self.breaks[: (len(self.breaks) - 1) // self.times + 1]
-        found = _flattened(self, once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        found = _flattened(self, self.once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
         again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 
@@ -260,7 +273,7 @@ class Contour:
         nodes, weights = np.polynomial.legendre.leggauss(10)
         places: list[FloatArray] = []
         for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
-            count = max(8, math.ceil(720.0 * (end - begin) / self.period))
+            count = max(8, math.ceil(LENGTHS * (end - begin) / self.period))
             places.append(np.linspace(begin, end, count + 1)[:-1])
         grid = np.append(np.concatenate(places), self.last)
         half = np.diff(grid) / 2.0
@@ -308,7 +321,7 @@ class Contour:
             x, y = mapped(x, y)
             return add(x, const(at[0])), add(y, const(at[1]))
 
-        own = [(*moved(x, y), *mapped(tx, ty)) for x, y, tx, ty in self.own]
+        own = [(*moved(x, y), *mapped(tx, ty)) for x, y, tx, ty in self.own] if self.times == 1 else []
         return self.but(position=moved(*self.position), direction=mapped(*self.direction), own=own)
 
     def curvature(self, place: float) -> float:

@@ -24,7 +24,9 @@ from movimentum.records import dataclass
 from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS, PLACE_FOUND
 
 Course = Callable[[Sequence[Fraction]], FloatArray]
-"""From N instants to (7, N): x, y, c, s, vx, vy and w of the tool in the frame that is cut; nan without a solution."""
+"""From N instants to (10, N): x, y, c, s, vx, vy and w of the tool in the frame that is cut, and the rates of the last
+three, nan where there are none; nan without a solution.
+"""
 
 INSTANTS = 720
 """Of a film, to begin with; half a degree of a turn."""
@@ -41,13 +43,14 @@ JUST_BEFORE = Fraction(1, 10**12)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EnvelopeRun:
-    """Points (M, 2) of the envelope in order, with the tool on the right: unit directions (M, 2) of the walk, instants
-    (M,), and the number of the branch that was followed (caps: -1). ``backward``: the tool goes over it against the
-    walk.
+    """Points (M, 2) of the envelope in order, with the tool on the right: unit directions (M, 2) of the walk, the
+    curvatures ``bend`` (M,) there (nan where they are not known), instants (M,), and the number of the branch that was
+    followed (caps: -1). ``backward``: the tool goes over it against the walk.
     """
 
     points: FloatArray
     along: FloatArray
+    bend: FloatArray
     times: FloatArray
     branch: int
     backward: bool = False
@@ -61,12 +64,13 @@ class _Instant:
     rising: Any
     points: FloatArray
     along: FloatArray
+    bend: FloatArray
 
 
 def envelope(
     tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course
 ) -> tuple[list[EnvelopeRun], FloatArray]:
-    """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (7, N) in order of time. ``parts``:
+    """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (10, N) in order of time. ``parts``:
     from when to when the motion is smooth.
     """
     cut = _Cut(tool, course)
@@ -80,7 +84,7 @@ def envelope(
     for before, after in itertools.pairwise(moving):
         if cut.turns(before, after):
             runs += cut.caps(before, after)
-    poses = np.stack([each.pose for each in everything], axis=-1) if everything else np.empty((7, 0))
+    poses = np.stack([each.pose for each in everything], axis=-1) if everything else np.empty((10, 0))
     return runs, poses
 
 
@@ -100,7 +104,7 @@ class _Cut:
         count = INSTANTS
         times = [begin + (last - begin) * Fraction(k, count) for k in range(count + 1)]
         found = self.instants(times)
-        found = found[: next((k for k, each in enumerate(found) if not np.isfinite(each.pose).all()), len(found))]
+        found = found[: next((k for k, each in enumerate(found) if not np.isfinite(each.pose[:7]).all()), len(found))]
         if not found:
             return []
         xy = np.array([each.pose[:2] for each in found])
@@ -122,7 +126,7 @@ class _Cut:
             if k not in open_:
                 continue
             middle = next(middles)
-            if not np.isfinite(middle.pose).all():
+            if not np.isfinite(middle.pose[:7]).all():
                 continue
             if not self.known(each, middle, found[k + 1]):
                 wanted |= {len(made) - 1, len(made)}
@@ -132,16 +136,17 @@ class _Cut:
     def instants(self, times: Sequence[Fraction]) -> list[_Instant]:
         """What is cut at some instants."""
         poses = self.course(times)
-        _x, _y, c, s, vx, vy, w = poses
+        _x, _y, c, s, vx, vy, w = poses[:7]
         speed = np.hypot(vx, vy) + abs(w) * self.tool.size
         self.fast = max(self.fast, float(np.nanmax(speed, initial=0.0)))
         inward = np.stack([c * vx + s * vy, c * vy - s * vx, w])  # the velocity in the tool's frame
-        moves = np.isfinite(poses).all(axis=0) & (speed > CUT_RESTS * self.fast)
+        moves = np.isfinite(poses[:7]).all(axis=0) & (speed > CUT_RESTS * self.fast)
         number, place, rising = roots(self.tool, inward, moves)
         points, along = self.laid(place, poses[:4, number])
+        bend = self.bends(place, poses[:, number])
         ends = np.searchsorted(number, np.arange(len(times) + 1))
         return [
-            _Instant(time, poses[:, k], *(each[ends[k] : ends[k + 1]] for each in (place, rising, points, along)))
+            _Instant(time, poses[:, k], *(each[ends[k] : ends[k + 1]] for each in (place, rising, points, along, bend)))
             for k, time in enumerate(times)
         ]
 
@@ -154,6 +159,25 @@ class _Cut:
         x, y, c, s = pose
         points = np.stack([x + c * px - s * py, y + s * px + c * py], axis=-1)
         return points, np.stack([s * nx + c * ny, s * ny - c * nx], axis=-1)
+
+    def bends(self, place: FloatArray, pose: FloatArray) -> FloatArray:
+        """(M,): the curvatures of the envelope there. By time, its direction turns as the tool does and as its place
+        on the outline moves, and its point goes along itself (all in the tool's frame).
+        """
+        px, py, tx, ty, dx, dy, rx, ry = self.tool.values(place)
+        _x, _y, c, s, vx, vy, w, ax, ay, aw = pose
+        vx, vy, ax, ay = c * vx + s * vy, c * vy - s * vx, c * ax + s * ay, c * ay - s * ax
+        size = np.hypot(tx, ty)
+        with np.errstate(all="ignore"):
+            change = _across(self.tool, place, np.stack([vx, vy, w]))[1]
+            faster = tx * (ay - w * vx + aw * px) - ty * (ax + w * vy - aw * py)
+            moves = -faster / change
+            turn = (tx * ry - ty * rx) / (size * size)
+            reach = self.tool.side * self.tool.reach
+            qx, qy = px - reach * ty / size, py + reach * tx / size
+            speed = (tx * (vx - w * qy) + ty * (vy + w * qx)) / size
+            speed = speed + moves * ((tx * dx + ty * dy) / size - reach * turn)
+            return np.asarray(self.tool.side * (w + turn * moves) / speed)
 
     # --- from instant to instant
 
@@ -206,11 +230,12 @@ class _Cut:
     def _turned(self, branch: list[tuple[_Instant, int]]) -> list[EnvelopeRun]:
         points = np.array([each.points[k] for each, k in branch])
         along = np.array([each.along[k] for each, k in branch])
+        bend = np.array([each.bend[k] for each, k in branch])
         times = np.array([float(each.time) for each, _ in branch])
         self.branches += 1
         number = self.branches
         moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
-        points, along, times = points[moved], along[moved], times[moved]
+        points, along, bend, times = points[moved], along[moved], bend[moved], times[moved]
         if len(points) < 2:
             return []
         forward = np.sum(np.diff(points, axis=0) * (along[1:] + along[:-1]), axis=1) > 0.0
@@ -218,10 +243,8 @@ class _Cut:
         found: list[EnvelopeRun] = []
         for begin, end in zip([0, *changes], [*changes, len(forward)], strict=True):
             part = slice(begin, end + 1)
-            run = EnvelopeRun(points[part], along[part], times[part], number, not forward[begin])
-            found.append(
-                run if forward[begin] else EnvelopeRun(run.points[::-1], run.along[::-1], run.times[::-1], number, True)
-            )
+            part = part if forward[begin] else slice(end, begin - 1 if begin else None, -1)
+            found.append(EnvelopeRun(points[part], along[part], bend[part], times[part], number, not forward[begin]))
         return found
 
     # --- where it rests, or goes another way at once
@@ -253,13 +276,22 @@ class _Cut:
                 inner = np.concatenate([[begin], inner[(inner > begin) & (inner < end)], [end]])
                 fine = np.interp(np.arange(BETWEEN * (len(inner) - 1) + 1) / BETWEEN, np.arange(len(inner)), inner)
                 points, along = self.laid(fine, np.repeat(before.pose[:4, None], len(fine), axis=1))
+                bend = self._own_bends(fine)
                 if tool.side < 0.0:  # counter-clockwise, and the tool is to be on the right
-                    points, along = points[::-1], along[::-1]
+                    points, along, bend = points[::-1], along[::-1], bend[::-1]
                 moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
                 if moved.sum() > 1:
                     times = np.full(int(moved.sum()), float(before.time))
-                    found.append(EnvelopeRun(points[moved], along[moved], times, -1))
+                    found.append(EnvelopeRun(points[moved], along[moved], bend[moved], times, -1))
         return found
+
+    def _own_bends(self, place: FloatArray) -> FloatArray:
+        """The curvatures of the tool."""
+        _, _, tx, ty, dx, dy, rx, ry = self.tool.values(place)
+        size, reach = np.hypot(tx, ty), self.tool.side * self.tool.reach
+        turn = (tx * ry - ty * rx) / (size * size)
+        with np.errstate(all="ignore"):
+            return np.asarray(self.tool.side * turn / ((tx * dx + ty * dy) / size - reach * turn))
 
 
 def _grown(branch: list[tuple[_Instant, int]], more: tuple[_Instant, int]) -> list[tuple[_Instant, int]]:
@@ -277,7 +309,7 @@ def _across(tool: Contour, place: FloatArray, inward: FloatArray) -> tuple[Float
 
 def ahead(tool: Contour, place: FloatArray, pose: FloatArray) -> FloatArray:
     """How fast places of the outline go outwards."""
-    _, _, c, s, vx, vy, w = pose
+    _, _, c, s, vx, vy, w = pose[:7]
     tx, ty = tool.values(place)[2:4]
     value = _across(tool, place, np.stack([c * vx + s * vy, c * vy - s * vx, w])[:, None])[0]
     found: FloatArray = tool.side * value / np.hypot(tx, ty)

@@ -155,13 +155,13 @@ def hull(points: FloatArray) -> FloatArray:
 
 
 def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
-    """Which of the points (K, 2) are inside a polygon."""
-    x, y = points[:, 0, None], points[:, 1, None]
-    (ax, ay), (bx, by) = polygon.T, np.roll(polygon, -1, axis=0).T
+    """Which of the points (…, K, 2) are inside polygons (…, M, 2)."""
+    x, y = points[..., :, None, 0], points[..., :, None, 1]
+    (ax, ay), (bx, by) = (np.moveaxis(each, -1, 0)[..., None, :] for each in (polygon, np.roll(polygon, -1, axis=-2)))
     crosses = (ay > y) != (by > y)
     with np.errstate(all="ignore"):
         at = ax + (y - ay) / (by - ay) * (bx - ax)
-    return (np.sum(crosses & (x < at), axis=1) % 2).astype(np.bool_)
+    return (np.sum(crosses & (x < at), axis=-1) % 2).astype(np.bool_)
 
 
 def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> bool:

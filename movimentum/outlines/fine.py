@@ -6,22 +6,30 @@ the places of the curves themselves, from those of the polygons.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from movimentum.arrays import FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Facets, deepest, inside, overlap, to_edges
+from movimentum.outlines.facets import Facets, convex_gaps, deepest, hull, inside, overlap, to_edges
 from movimentum.outlines.search import refined
 from movimentum.records import dataclass
-from movimentum.tolerances import EDGES_CROSS, OUTLINE_SAMPLED
+from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
 
 OF_TOOTH = 4
 """Corners of each piece of a tooth."""
 SMALL = 4000
 """Pairs of corners and edges that are compared without leaving out any."""
+MOST_AT_ONCE = 100_000
+"""The same for several poses at once."""
+OF_CIRCLE = 32
+"""Corners of a circle, where what is round goes over hollows."""
+ROUND = 0.01
+"""Of its radius: how far such a circle is off, and more."""
 SLACK = 0.25
 """Of the smaller one's size: what else is looked at."""
-NEWTON = 6
+NEWTON = 8
 """Steps of Newton's method from places of polygons to those of curves."""
 
 
@@ -60,7 +68,7 @@ class Fine:
 
 def _toothed(contour: Contour) -> tuple[FloatArray, FloatArray]:
     """One tooth after the other, with fewer corners than `samples` have."""
-    once = np.array(contour.breaks[: (len(contour.breaks) - 1) // contour.times + 1])
+    once = np.array(contour.once)
     parts = np.arange(OF_TOOTH) / OF_TOOTH
     places = (once[:-1, None] + np.diff(once)[:, None] * parts).ravel()
     own = contour.points(places)
@@ -78,9 +86,18 @@ def values(a: Fine, b: Fine, pose: FloatArray) -> tuple[FloatArray, FloatArray, 
     the other one); and the places on both where they are nearest.
     """
     found = np.empty((3, pose.shape[1]))
-    q = b.facets.moved(pose)
-    for k in range(len(q)):
-        found[:, k] = _value(a, b, q[k], pose[:2, k])
+    q, p = b.facets.moved(pose), a.facets.points
+    many = len(p) * q.shape[1]
+    if many <= SMALL:
+        step, every = max(1, MOST_AT_ONCE // many), np.arange(q.shape[1], dtype=np.int64)
+        for begin in range(0, len(q), step):
+            some = slice(begin, begin + step)
+            found[:, some] = _values(a, b, q[some], np.arange(len(p)), every)
+        return found[0], found[1], found[2]
+    for k in range(len(q)):  # only what is near the other one; holes contain everything
+        lowest = max(float(np.hypot(*pose[:2, k])) - a.radius - b.radius, 0.0) + SLACK * min(a.radius, b.radius)
+        here, there = _near(p, pose[:2, k], b.radius + lowest), _near(q[k], np.zeros(2), a.radius + lowest)
+        found[:, k : k + 1] = _values(a, b, q[k : k + 1], here, there)
     return found[0], found[1], found[2]
 
 
@@ -94,72 +111,85 @@ def _near(points: FloatArray, centre: FloatArray, radius: float) -> IntArray:
     return np.asarray(np.nonzero(near)[0] if near.any() else [np.argmin(off)], dtype=np.int64)
 
 
-def _value(a: Fine, b: Fine, q: FloatArray, at: FloatArray) -> tuple[float, float, float]:
-    p = a.facets.points
-    here: IntArray = np.arange(len(p))
-    there: IntArray = np.arange(len(q))
-    if len(p) * len(q) > SMALL:  # only what is near the other one; holes contain everything
-        lowest = max(float(np.hypot(*at)) - a.radius - b.radius, 0.0) + SLACK * min(a.radius, b.radius)
-        here = _near(p, at, b.radius + lowest)
-        there = _near(q, np.zeros(2), a.radius + lowest)
+def _values(a: Fine, b: Fine, q: FloatArray, here: IntArray, there: IntArray) -> FloatArray:
+    """(3, K): distances and places for corners q (K, M, 2) of b, as far as edges ``here`` and ``there`` tell."""
+    p, rows = a.facets.points, np.arange(len(q))
     reach = a.reach + b.reach
-    p1, q1 = p[here], q[there]
-    p2, q2 = p[(here + 1) % len(p)], q[(there + 1) % len(q)]
-    off, part = to_edges(q1, p1, p2)
-    other, also = to_edges(p1, q1, q2)
-    j, i = np.unravel_index(int(np.argmin(off)), off.shape)
-    m, n = np.unravel_index(int(np.argmin(other)), other.shape)
-    if off[j, i] <= other[m, n]:
-        value, u, v = float(off[j, i]), _along(a, int(here[i]), float(part[j, i])), float(b.places[there[j]])
-    else:
-        value, u, v = float(other[m, n]), float(a.places[here[m]]), _along(b, int(there[n]), float(also[m, n]))
-    value = float(np.sqrt(value))
-    deep = 0.0
-    for points, solid, near in ((q1, a, off), (p1, b, other)):
-        corners = p if solid is a else q
-        if len(corners) > 2:
+    p1, q1 = p[here][None], q[:, there]
+    p2, q2 = p[(here + 1) % len(p)][None], q[:, (there + 1) % q.shape[1]]
+    off, part = to_edges(q1, p1, p2)  # (K, M, N)
+    other, also = to_edges(p1, q1, q2)  # (K, N, M)
+    j, i = np.divmod(np.argmin(off.reshape(len(q), -1), axis=1), off.shape[2])
+    m, n = np.divmod(np.argmin(other.reshape(len(q), -1), axis=1), other.shape[2])
+    first, second = off[rows, j, i], other[rows, m, n]
+    ahead = first <= second
+    u = np.where(ahead, _along(a, here[i], part[rows, j, i]), a.places[here[m]])
+    v = np.where(ahead, b.places[there[j]], _along(b, there[n], also[rows, m, n]))
+    value = np.sqrt(np.minimum(first, second)) - reach
+    deep = np.zeros(len(q))
+    for points, corners, solid, near in ((q1, p[None], a, off), (p1, q, b, other)):
+        if corners.shape[1] > 2:
             within = inside(points, corners) != solid.facets.hollow
-            if within.any():
-                deepest_in = np.where(within, near.min(axis=1), -1.0)
-                k = int(np.argmax(deepest_in))
-                deep = max(deep, float(np.sqrt(deepest_in[k])))
-    if deep > 0.0:
-        return -deep - reach, u, v
-    if _cross(p1, p2, q1, q2):
-        return -reach - EDGES_CROSS * min(a.radius, b.radius), u, v
-    return value - reach, u, v
+            deep = np.maximum(deep, np.sqrt(np.where(within, near.min(axis=2), 0.0).max(axis=1)))
+    crossed = np.where(_cross(p1, p2, q1, q2), -reach - EDGES_CROSS * min(a.radius, b.radius), value)
+    return np.stack([np.where(deep > 0.0, -deep - reach, crossed), u, v])
 
 
-def _along(own: Fine, k: int, part: float) -> float:
-    """The place at a part of edge k."""
+def _along(own: Fine, k: IntArray, part: FloatArray) -> FloatArray:
+    """The places at parts of edges k."""
     if own.contour is None or len(own.places) == 1:
-        return 0.0
+        return np.zeros_like(part)
     begin, end = own.places[k], own.places[(k + 1) % len(own.places)]
     period = own.contour.period
     step = end - begin
     if own.contour.closed:
-        step -= period * np.rint(step / period)
-    return float(begin + part * step)
+        step = step - period * np.rint(step / period)
+    return np.asarray(begin + part * step, dtype=np.float64)
 
 
-def _cross(p1: FloatArray, p2: FloatArray, q1: FloatArray, q2: FloatArray) -> bool:
+def _cross(p1: FloatArray, p2: FloatArray, q1: FloatArray, q2: FloatArray) -> BoolArray:
     def beyond(a: FloatArray, b: FloatArray, x: FloatArray) -> FloatArray:
         e = b - a
-        return e[:, 0, None] * (x[:, 1] - a[:, 1, None]) - e[:, 1, None] * (x[:, 0] - a[:, 0, None])
+        return (
+            e[..., :, None, 0] * (x[..., None, :, 1] - a[..., :, None, 1])
+            - e[..., :, None, 1] * (x[..., None, :, 0] - a[..., :, None, 0])
+        )  # fmt: skip
 
     one = beyond(p1, p2, q1) * beyond(p1, p2, q2) < 0.0
-    return bool((one & (beyond(q1, q2, p1) * beyond(q1, q2, p2) < 0.0).T).any())
+    return np.asarray((one & np.swapaxes(beyond(q1, q2, p1) * beyond(q1, q2, p2) < 0.0, 1, 2)).any(axis=(1, 2)))
 
 
-def depth(a: Fine, b: Fine, pose: FloatArray) -> float:
-    """How far one must move to be free of the other, for one pose (4,); 0 or less where they are apart."""
-    q = b.facets.moved(pose[:, None])[0]
-    reach = a.reach + b.reach
-    if len(q) == 1 or len(a.facets.points) == 1:
-        return -float(values(a, b, pose[:, None])[0][0])
-    if overlap(a.facets, b.facets, q):
-        return reach - deepest(a.facets, b.facets, q).value
-    return -float(values(a, b, pose[:, None])[0][0])
+def depths(a: Fine, b: Fine, pose: FloatArray, *, whole: bool = False) -> FloatArray:
+    """(K,): how far one must move to be free of the other, for poses (4, K); 0 or less where they are apart. Only the
+    middle of what has a ``reach`` is led through hollows of the other; if ``whole``, all of it.
+    """
+    q, p, reach = b.facets.moved(pose), a.facets, a.reach + b.reach
+    if p.convex and b.facets.convex:
+        return reach - convex_gaps(p.points, q)
+    found = -values(a, b, pose)[0]
+    one = _swollen(a) if whole and a.reach > 0.0 and p.convex else p
+    other = _swollen(b) if whole and b.reach > 0.0 and b.facets.convex else b.facets
+    least = FACETS_TOUCH * max(p.size, b.facets.size)
+    for k in np.nonzero(found > 0.0)[0].tolist():
+        if found[k] > reach + least and len(p.points) > 1 and q.shape[1] > 1:
+            found[k] = _finite(reach - deepest(p, b.facets, q[k]).value, found[k])
+        if one is not p or other is not b.facets:
+            r = other.moved(pose[:, k : k + 1])[0]
+            deep = _finite(-deepest(one, other, r).value, 0.0) if overlap(one, other, r) else 0.0
+            found[k] = deep if deep > found[k] + ROUND * reach else found[k]
+    return found
+
+
+def _finite(value: float, other: float) -> float:
+    return value if np.isfinite(value) else other
+
+
+@lru_cache(maxsize=64)
+def _swollen(own: Fine) -> Facets:
+    """What is within the reach of a convex outline, as a polygon."""
+    turns = np.arange(OF_CIRCLE) * (2.0 * np.pi / OF_CIRCLE)
+    circle = own.reach * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    return Facets.of(hull((own.facets.points[:, None] + circle).reshape(-1, 2)))
 
 
 def touching(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
@@ -168,7 +198,7 @@ def touching(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -
     """
     if a.contour is None or b.contour is None:
         return _of_circle(a, b, pose, u, v)
-    return refined(a.contour, b.contour, pose, u, v)[2] - a.reach - b.reach
+    return refined(a.contour, b.contour, pose, u, v, NEWTON)[2] - a.reach - b.reach
 
 
 def _of_circle(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:

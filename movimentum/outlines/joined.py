@@ -46,7 +46,7 @@ Region = list[list[Edge]]
 
 def region_of(outline: Contour) -> Region | None:
     """What an outline encloses, the breadth of a line with it; None for a line without a breadth."""
-    once = outline.breaks[: (len(outline.breaks) - 1) // outline.times + 1]
+    once = outline.once
     positions = [(x, y) for x, y, _, _ in outline.own] or [
         (at_piece(outline.position[0], middle), at_piece(outline.position[1], middle))
         for middle in ((begin + end) / 2.0 for begin, end in pairwise(once))

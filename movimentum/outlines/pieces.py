@@ -97,7 +97,7 @@ def repeated(own: Sequence[Smooth], count: int) -> Contour:
         return sub(mul(cosine, u), mul(sine, v)), add(mul(sine, u), mul(cosine, v))
 
     breaks = [*(k * one.last + each for k in range(count) for each in one.breaks[:-1]), count * one.last]
-    return Contour(turned(x, y), turned(tx, ty), breaks, times=count)
+    return Contour(turned(x, y), turned(tx, ty), breaks, times=count, own=one.own)
 
 
 def there_and_back_along(own: Sequence[Smooth], reach: float = 0.0) -> Contour:

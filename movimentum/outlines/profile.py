@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import call, const
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, slope
@@ -16,7 +16,16 @@ from movimentum.outlines.envelope import EnvelopeRun, arc
 from movimentum.outlines.pieces import CurvePiece, chained, corner
 from movimentum.outlines.swept import SweptOutline
 from movimentum.records import dataclass
-from movimentum.tolerances import CUT_ALONG, CUT_AS_NEAR, CUT_BESIDE, CUT_CROSSES, CUT_EXACT, CUT_LINKED, CUT_SMOOTH
+from movimentum.tolerances import (
+    CUT_ALONG,
+    CUT_AS_NEAR,
+    CUT_BESIDE,
+    CUT_CROSSES,
+    CUT_EXACT,
+    CUT_LINKED,
+    CUT_SMOOTH,
+    CUT_TURNS,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +185,8 @@ def _extent(each: _Stretch) -> float:
 
 def _round(each: _Stretch, size: float) -> _Stretch | None:
     """A stretch that comes to its own beginning again, up to there."""
-    points, along = each.run.points[each.begin : each.end + 1], each.run.along[each.begin : each.end + 1]
+    run, part = each.run, slice(each.begin, each.end + 1)
+    points, along, bend = run.points[part], run.along[part], run.bend[part]
     off = points - points[0]
     ahead, across = off @ along[0], off @ np.array([-along[0][1], along[0][0]])
     comes = (ahead[:-1] < -CUT_ALONG * size) & (ahead[1:] >= -CUT_ALONG * size)
@@ -186,9 +196,9 @@ def _round(each: _Stretch, size: float) -> _Stretch | None:
     if each.over != (False, False) or not len(found):
         return None
     k = int(found[0]) + 1
+    again = [np.concatenate([own[:k], own[:1]]) for own in (points, along, bend)]
     run = EnvelopeRun(
-        np.concatenate([points[:k], points[:1]]), np.concatenate([along[:k], along[:1]]),
-        each.run.times[each.begin : each.begin + k + 1], each.run.branch,
+        again[0], again[1], again[2], each.run.times[each.begin : each.begin + k + 1], each.run.branch,
     )  # fmt: skip
     return _Stretch(run, 0, k, (False, False))
 
@@ -198,16 +208,26 @@ def _round(each: _Stretch, size: float) -> _Stretch | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cubic:
-    """Points, and unit directions there."""
+    """Points, unit directions and curvatures there."""
 
     points: FloatArray
     along: FloatArray
+    bend: FloatArray
+
+    def some(self, which: slice | BoolArray) -> _Cubic:
+        return _Cubic(self.points[which], self.along[which], self.bend[which])
+
+    def joined(self, *parts: _Cubic) -> _Cubic:
+        every = (self, *parts)
+        return _Cubic(
+            *(np.concatenate([getattr(each, name) for each in every]) for name in ("points", "along", "bend"))
+        )
 
 
 def _met(chain: list[_Stretch], closed: bool, size: float) -> tuple[list[_Cubic], list[Corner]]:
     """The stretches cut off where each crosses the next."""
     parts = [
-        _Cubic(each.run.points[each.begin : each.end + 1], each.run.along[each.begin : each.end + 1]) for each in chain
+        _Cubic(each.run.points, each.run.along, each.run.bend).some(slice(each.begin, each.end + 1)) for each in chain
     ]
     corners: list[Corner] = []
     count = len(chain)
@@ -218,14 +238,9 @@ def _met(chain: list[_Stretch], closed: bool, size: float) -> tuple[list[_Cubic]
         if crossing is None:
             continue
         (i, _), (j, _), place, directions = crossing
-        parts[k] = _Cubic(
-            np.concatenate([parts[k].points[: i + 1], [place]]),
-            np.concatenate([parts[k].along[: i + 1], [directions[0]]]),
-        )
-        parts[n] = _Cubic(
-            np.concatenate([[place], parts[n].points[j + 1 :]]),
-            np.concatenate([[directions[1]], parts[n].along[j + 1 :]]),
-        )
+        ends = [_Cubic(place[None], way[None], np.array([np.nan])) for way in directions]
+        parts[k] = parts[k].some(slice(i + 1)).joined(ends[0])
+        parts[n] = ends[1].joined(parts[n].some(slice(j + 1, None)))
         turn = directions[0][0] * directions[1][1] - directions[0][1] * directions[1][0]
         if one.run.branch == other.run.branch >= 0 and abs(turn) > CUT_SMOOTH:
             when = [float(one.run.times[one.end]), float(other.run.times[other.begin])]
@@ -239,7 +254,7 @@ def _clean(part: _Cubic, size: float) -> _Cubic:
         keep[np.nonzero(keep)[0][-1]] = False
         keep[-1] = True
     keep[0] = True
-    return _Cubic(part.points[keep], part.along[keep])
+    return part.some(keep)
 
 
 def _crossing(one: _Cubic, other: _Cubic) -> tuple[tuple[int, float], tuple[int, float], FloatArray, FloatArray] | None:
@@ -286,16 +301,33 @@ def _cubic(part: _Cubic, k: int, u: float) -> tuple[FloatArray, FloatArray]:
 # --- as an outline
 
 
+def _bends(part: _Cubic, lengths: FloatArray) -> FloatArray:
+    """(M, 2): halves of the second derivatives by the length; where the curvature is not known, or turns far from one
+    point to the next, those of cubics.
+    """
+    known = 0.5 * part.bend[:, None] * np.stack([-part.along[:, 1], part.along[:, 0]], axis=-1)
+    chord = np.diff(part.points, axis=0) / lengths[:, None]
+    left, right = part.along[:-1], part.along[1:]
+    first = (3.0 * chord - 2.0 * left - right) / lengths[:, None]
+    last = (left + 2.0 * right - 3.0 * chord) / lengths[:, None]
+    cubic = np.concatenate([first[:1], (first[1:] + last[:-1]) / 2.0, last[-1:]])
+    wide = np.maximum(np.append(lengths, 0.0), np.append(0.0, lengths))
+    with np.errstate(all="ignore"):
+        good = np.abs(part.bend) * wide < CUT_TURNS
+    return np.where(good[:, None], known, cubic)
+
+
 def _contour(chain: Sequence[_Cubic], closed: bool) -> Contour:
     pieces: list[CurvePiece] = []
     count = len(chain)
     for k, part in enumerate(chain):
         lengths = arc(part.points[:-1], part.along[:-1], part.points[1:], part.along[1:])
         grid = np.concatenate([[0.0], np.cumsum(lengths)])
+        bends = _bends(part, lengths)
         x, y = (
             call("table", PLACE, payload=Table(
                 grid, np.ascontiguousarray(part.points[:, axis]), smooth=True, ends=Ends.HELD,
-                slopes=np.ascontiguousarray(part.along[:, axis]),
+                slopes=np.ascontiguousarray(part.along[:, axis]), bends=np.ascontiguousarray(bends[:, axis]),
             ))
             for axis in (0, 1)
         )  # fmt: skip

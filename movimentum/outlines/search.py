@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Feature, deepest, gap, overlap
-from movimentum.tolerances import OUTLINE_CLOSES, OUTLINE_SAMPLED, PLACE_FOUND, PLACES_MEET
+from movimentum.tolerances import OUTLINE_CLOSES, OUTLINE_SAMPLED, PLACE_FOUND, PLACE_ROUNDS, PLACES_MEET
 
 MOST_PAIRS = 500_000
 """Pairs of samples that are compared at once."""
@@ -276,19 +276,27 @@ def newton_step(first: Any, second: Any, pose: Any) -> tuple[FloatArray, FloatAr
 
 
 def refined(
-    first: Contour, second: Contour, pose: FloatArray, u: FloatArray, v: FloatArray
+    first: Contour, second: Contour, pose: FloatArray, u: FloatArray, v: FloatArray, steps: int = 30
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Newton's method on the rows of the contact, for K poses; the places, and the distance there; nan where that is
-    not where two outlines face each other.
+    """Newton's method on the rows of the contact, for K poses, with so many ``steps`` at most; the places, and the
+    distance there; nan where that is not where two outlines face each other.
     """
     x, y, c, s = pose
-    limits = 0.05 * first.period, 0.05 * second.period
+    periods = first.period, second.period
+    u, v = np.array(u, dtype=np.float64), np.array(v, dtype=np.float64)
+    going: IntArray = np.arange(len(u))
+    before = np.full(len(u), np.inf)
     with np.errstate(all="ignore"):
-        for _ in range(30):
-            du, dv = newton_step(first.values(u), second.values(v), pose)
-            most = np.maximum(np.maximum(abs(du) / limits[0], abs(dv) / limits[1]), 1.0)
-            u, v = u - du / most, v - dv / most
-            if (abs(du) <= PLACE_FOUND * first.period).all() and (abs(dv) <= PLACE_FOUND * second.period).all():
+        for _ in range(steps):
+            here, there = u[going], v[going]
+            du, dv = newton_step(first.values(here), second.values(there), pose[:, going])
+            far = np.maximum(abs(du) / periods[0], abs(dv) / periods[1])
+            most = np.maximum(far / 0.05, 1.0)
+            u[going], v[going] = here - du / most, there - dv / most
+            # found, or as near as rounding lets it come
+            still = (far <= PLACE_FOUND) | ((far <= PLACE_ROUNDS) & (far >= 0.5 * before))
+            going, before = going[~still], far[~still]
+            if not len(going):
                 break
         ax, ay, tx, ty = first.values(u)[:4]
         px, py, gx, gy = second.values(v)[:4]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from functools import partial
 from itertools import islice
 
@@ -11,7 +11,6 @@ from movimentum.expressions import Expr, add, call, const, mul, substitute, symb
 from movimentum.planning.blocks.build import make_block
 from movimentum.planning.blocks.kept import KnownBlocks, block_key
 from movimentum.planning.blocks.kinds import Assign, Block
-from movimentum.planning.blocks.pushed import pushed, rewritten_pushes, selecting
 from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
@@ -89,35 +88,18 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
     hanging = measured(system, decomposition.groups)
     moved = partial(in_what_moves, system, driven, hanging)
     system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
-    system = rewritten_pushes(system, hanging, moved)
+    pushing = bool(system.pushes or system.pulls)
+    if pushing:
+        from movimentum.planning.blocks.pushed import rewritten_pushes  # few scripts need that module
+
+        system = rewritten_pushes(system, hanging, moved)
     clocks = Clocks()
-    blocks: list[Block] = []
-    moving: set[int] = set()
-    known: set[int] = set()
-    constants: dict[int, Expr] = {}
-    folded = list(system.equations)
     groups = ordered(_needed(system, decomposition), system)
-    system = selecting(system, groups)
-    for group in groups:
-        look()
-        for e in group.equations:
-            folded[e] = _folded(folded[e], constants)
-        number, rows = len(blocks), [folded[e] for e in group.equations]
-        make = partial(make_block, number, replace(system, equations=folded), group, clocks, moving, size)
-        if any(row.form is Form.VELOCITY for row in rows):
-            make = partial(velocity_block, number, system, group, blocks)
-        key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
-        block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
-        drawn = with_wishes if kept is None else kept.drawn
-        block = drawn(block, system.wishes, known, clocks)
-        if group.pushed:
-            block = pushed(block, replace(system, equations=folded), clocks, size)
-        blocks.append(block)
-        known |= set(block.unknowns)
-        if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
-            constants |= dict(block.formulas)
-        if block.moving:
-            moving |= set(block.unknowns)
+    if pushing:
+        from movimentum.planning.blocks.pushed import selecting
+
+        system = selecting(system, groups)
+    blocks = _blocks(system, groups, clocks, size, kept)
     look_for_wished_rates(system, blocks)
     look()
     errors = [error for wish in system.wishes for error in wish.errors]
@@ -141,6 +123,41 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
         bodies=system.bodies(),
         size=size,
     )
+
+
+def _blocks(
+    system: System, groups: Sequence[Group], clocks: Clocks, size: float, kept: KnownBlocks | None
+) -> list[Block]:
+    """The blocks of ``groups``, in their order."""
+    blocks: list[Block] = []
+    moving: set[int] = set()
+    known: set[int] = set()
+    constants: dict[int, Expr] = {}
+    folded = list(system.equations)
+    so_far = replace(system, equations=folded)
+    for group in groups:
+        look()
+        for e in group.equations:
+            folded[e] = _folded(folded[e], constants)
+        number, rows = len(blocks), [folded[e] for e in group.equations]
+        make = partial(make_block, number, so_far, group, clocks, moving, size)
+        if any(row.form is Form.VELOCITY for row in rows):
+            make = partial(velocity_block, number, system, group, blocks)
+        key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
+        block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
+        drawn = with_wishes if kept is None else kept.drawn
+        block = drawn(block, system.wishes, known, clocks)
+        if group.pushed:
+            from movimentum.planning.blocks.pushed import pushed
+
+            block = pushed(block, so_far, clocks, size)
+        blocks.append(block)
+        known |= set(block.unknowns)
+        if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
+            constants |= dict(block.formulas)
+        if block.moving:
+            moving |= set(block.unknowns)
+    return blocks
 
 
 LONGEST_FOLDED = 40

@@ -21,7 +21,15 @@ ZERO_BALL: Ball = (0, 0)
 
 
 class NoBall(Exception):
-    """An operation has no value there: a divisor or the number under a root may be zero, or it is negative."""
+    """An operation has no value there: a divisor or the number under a root may be zero, or it is negative. Its text
+    tells what is special about the pose then, in a clause.
+    """
+
+    @property
+    def told(self) -> str:
+        """Why there is no answer."""
+        where = str(self) or "the mechanism is at a dead point, or two solutions meet"
+        return f"the film's poses are special ones, where {where}"
 
 
 def ball(value: Fraction) -> Ball:

@@ -28,6 +28,8 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, VariableComponent
 from movimentum.solver.segment_motion import SegmentMotion
 
+Numbers = tuple[dict[float, list[Expr]], dict[float, list[Expr]]]
+"""Constants by their floats: of a mechanism's equations, and of all statements (see `numbers`)."""
 MOST_LOWERING = 3_000_000
 """Products of terms that making a tower may take."""
 SPARE = 10
@@ -58,6 +60,7 @@ class Chain:
     choice: int = 0
     blocks: frozenset[int] = frozenset()
     constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
+    numbers: Numbers | None = None
     poses: dict[tuple[int, float], TowerPoint] = field(default_factory=dict[tuple[int, float], TowerPoint])
 
     tower: Tower = field(init=False)
@@ -136,19 +139,7 @@ class Chain:
     def needed(self, wanted: Iterable[Expr]) -> list[Block]:
         """The blocks that expressions depend on, in their order."""
         plan = self.motion.plan
-        found: set[int] = set()
-        stack = list(symbol_numbers(*wanted))
-        while stack:
-            n = stack.pop()
-            owner = plan.owner.get(n)
-            if owner is None:
-                raise NotAlgebraic(f"`{plan.system.unknowns[n].name}` is not solved for")
-            if owner not in found:
-                found.add(owner)
-                block = plan.blocks[owner]
-                used = symbol_numbers(*(plan.system.equations[e].residual for e in block.equations))
-                stack.extend(used | block.inputs | set(block.unknowns))
-        return [plan.blocks[number] for number in sorted(found)]
+        return [plan.blocks[number] for number in plan.behind(symbol_numbers(*wanted))]
 
     # --- unknowns
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +13,7 @@ from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.chain import Chain, chain_of
 from movimentum.proving.film import lowered, state_at
 from movimentum.proving.lowering import Form, Lowering
+from movimentum.proving.numbers import told_apart
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
 from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Root
@@ -110,49 +111,6 @@ def _within_two_turns(form: Form) -> bool:
             return False
         reach += abs(share) * (1 if source is None else 180)
     return reach < 720
-
-
-def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
-    """Constants of one float are one node from here on: `NotAlgebraic` where those of a claim, or one of them and one
-    of the mechanism, are not proved to be the same number.
-    """
-    plan, tower, lowering = chain.motion.plan, chain.tower, chain.lowering
-    rows = (plan.system.equations[e].residual for number in chain.blocks for e in plan.blocks[number].equations)
-    known: dict[float, Expr] = {}
-    for node in _constants(rows):
-        known.setdefault(node.value or 0.0, node)
-    for node in _constants(expressions):
-        if _same(node, first := known.setdefault(node.value or 0.0, node)):
-            continue
-        try:
-            top = tower.sub(lowering.value(node), lowering.value(first)).top
-            if top == tower.ring.zero or (zero := Zero(chain.point, [top])).vanishes(zero.wanted[0]):
-                continue
-        except (NotAlgebraic, TooMuch):
-            pass
-        raise NotAlgebraic(f"two of its numbers are {node.value!r} to 16 digits, and nothing shows that they are equal")
-
-
-def _constants(expressions: Iterable[Expr]) -> Iterator[Expr]:
-    """The constants below expressions, each by itself: equal ones may come from different things."""
-    seen: set[int] = set()
-    stack = list(expressions)
-    while stack:
-        node = stack.pop()
-        if id(node) not in seen:
-            seen.add(id(node))
-            stack.extend(node.args)
-            if node.value is not None:
-                yield node
-
-
-def _same(a: Expr, b: Expr) -> bool:
-    """Whether two constants are computed alike."""
-    if a is b:
-        return True
-    first, second = a.origin or a, b.origin or b
-    alike = first.op == second.op and first.payload == second.payload and len(first.args) == len(second.args)
-    return alike and all(map(_same, first.args, second.args))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -318,6 +276,7 @@ def constant_of(motion: SegmentMotion, tau: float, expression: Expr) -> Fraction
         chain = chain_of(motion, sides, tau, accelerated=None, given={})
         value = chain.lowering.value(sides[0])
         chain.point.settle()
+        told_apart(chain, [expression])
         ball = balls.over(chain.point.at(value.top), chain.point.at(value.bottom))
         number = Fraction(ball[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
         ring = chain.tower.ring

@@ -10,26 +10,29 @@ on which the pose of the film lies.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import isqrt
+from itertools import combinations
+from math import gcd, isqrt, lcm, prod
 from typing import Any
 
 from movimentum.proving.balls import BITS, ONE, NoBall, over
 from movimentum.proving.claims import moved
-from movimentum.proving.points import TowerPoint
-from movimentum.proving.rings import Polynomial
-from movimentum.proving.tower import FreeParameter, NotAlgebraic, Quotient, Root, Tower, Unit, Value
+from movimentum.proving.rings import Work, make_ring
+from movimentum.proving.samples import Sampler, forms, monomials, primes
+from movimentum.proving.tower import NotAlgebraic, Quotient
+from movimentum.proving.zero import MOST
 from movimentum.records import dataclass
 
-LARGEST_PRIME = 2_147_483_647
-"""2^31 - 1, with remainder 3 modulo 4 as all primes here: products fit into 62 bits, and roots are powers."""
-HIGHEST = 40
+DEGREES = (4, 8, 14, 22, 30, 40)
+"""The degrees of which forms are looked for: of those that are zero on the path the number tells its own degree."""
+MORE = (1, 4, 16)
+"""Quarters of the number of a form's coefficients: how many more samples there are, as several branches share them."""
 PRIMES = 400
-TRIES = 20_000
-"""How many samples are tried at once,"""
 MISSES = 5
-"""and how often none of them may be one."""
+"""How often none of many samples may be one."""
+MOST_CONSTANTS = 4
+"""Roots of numbers in a mechanism: the coefficients are looked for with each choice of their signs."""
 
 
 class Late(Exception):
@@ -47,220 +50,112 @@ class PathCurve:
     branches: tuple[Any, ...]
 
 
-def primes() -> Iterator[int]:
-    """Primes below 2^31 that are 3 modulo 4, downwards."""
-    import sympy as library
-
-    sympy: Any = library
-    found = LARGEST_PRIME
-    while True:
-        if sympy.isprime(found):
-            yield found
-        found -= 4
-
-
-class Sampler:
-    """Samples of the point (x, y) of a ``tower`` modulo a prime."""
-
-    def __init__(self, point: TowerPoint, x: Quotient, y: Quotient) -> None:
-        self.tower: Tower = point.tower
-        ring = self.tower.ring
-        needed = set[int]().union(*(ring.occurring(p) for p in (x.top, x.bottom, y.top, y.bottom)))
-        steps: list[Any] = []
-        for step in reversed(self.tower.steps):
-            places = {step.place, step.sine} if isinstance(step, Unit) else {step.place}
-            if needed & places:
-                steps.append(step)
-                for p in _polynomials(step):
-                    needed |= ring.occurring(p)
-        self.steps = steps[::-1]
-        self.x, self.y = x, y
-
-    def sample(self, prime: int, count: int, chance: Any) -> Any | None:
-        """Points (n, 2), of ``count`` tries those at which each square has a root and no divisor is zero; None where a
-        constant's root is no number modulo this prime.
-        """
-        import numpy as np
-
-        values: dict[int, Any] = {}
-
-        def keep(good: Any) -> None:
-            for place, each in values.items():
-                values[place] = each[good]
-
-        def quotient(top: Any, bottom: Any) -> Any:
-            return top * power(bottom, prime - 2, prime) % prime
-
-        for step in self.steps:
-            left = len(next(iter(values.values()))) if values else count
-            match step:
-                case FreeParameter():
-                    values[step.place] = chance.integers(1, prime, left)
-                case Unit():
-                    t = chance.integers(1, prime, left)
-                    bottom = (1 + t * t) % prime  # never zero: -1 has no root
-                    values[step.place] = quotient((1 - t * t) % prime, bottom)
-                    values[step.sine] = quotient(2 * t % prime, bottom)
-                case Value():
-                    keep(self.at(step.bottom, values, prime, left) != 0)
-                    left = len(next(iter(values.values()))) if values else count
-                    top, bottom = (self.at(each, values, prime, left) for each in (step.top, step.bottom))
-                    values[step.place] = quotient(top, bottom)
-                case Root():
-                    square = self.at(step.square, values, prime, left)
-                    found = power(square, (prime + 1) // 4, prime)
-                    good = found * found % prime == square
-                    if step.constant and not good.all():
-                        return None
-                    values[step.place] = found if step.constant else found * chance.choice((1, prime - 1), left) % prime
-                    keep(good)
-                case _:
-                    raise TypeError(step)
-        left = len(next(iter(values.values()))) if values else count
-        spots = [(self.at(each.top, values, prime, left), self.at(each.bottom, values, prime, left))
-                 for each in (self.x, self.y)]  # fmt: skip
-        good = np.logical_and(*(bottom != 0 for _, bottom in spots))
-        return np.stack([quotient(top, bottom) for top, bottom in spots], axis=1)[good]
-
-    def at(self, p: Polynomial, values: dict[int, Any], prime: int, count: int) -> Any:
-        """(count,) a polynomial modulo a prime."""
-        import numpy as np
-
-        total = np.zeros(count, dtype=np.int64)
-        powers: dict[tuple[int, int], Any] = {}
-        for n, d, factors in self.tower.sparse(p):
-            term = np.full(count, n * pow(d, -1, prime) % prime, dtype=np.int64)
-            for place, exponent in factors:
-                if (place, exponent) not in powers:
-                    powers[place, exponent] = power(values[place], exponent, prime)
-                term = term * powers[place, exponent] % prime
-            total += term
-        return total % prime
-
-
-def power(values: Any, exponent: int, prime: int) -> Any:
-    """Powers modulo a prime."""
-    found, square = None, values
-    while exponent:
-        if exponent & 1:
-            found = square if found is None else found * square % prime
-        exponent >>= 1
-        if exponent:
-            square = square * square % prime
-    return found
-
-
-def _polynomials(step: Any) -> list[Polynomial]:
-    match step:
-        case Value():
-            return [step.top, step.bottom]
-        case Root():
-            return [step.square]
-        case _:
-            return []
-
-
-def monomials(degree: int) -> list[tuple[int, int]]:
-    """Exponents of x and y, the highest total degrees first."""
-    return [(total - j, j) for total in range(degree, -1, -1) for j in range(total + 1)]
-
-
 class Finder:
     """Looks for the equation until ``end`` (`time.monotonic`)."""
 
-    def __init__(self, sampler: Sampler, end: float) -> None:
-        self.sampler, self.end = sampler, end
-        self.samples: dict[int, Any] = {}
+    def __init__(self, sampler: Sampler, end: float, *, accelerated: bool | None) -> None:
+        self.sampler, self.end, self.accelerated = sampler, end, accelerated
+        if len(sampler.constants) > MOST_CONSTANTS:
+            raise NotAlgebraic("it has too many roots of numbers")
 
-    def points(self, prime: int, count: int) -> Any | None:
-        """(count, 2) samples modulo a prime; None for a prime that does not suit the script's constants."""
+    def points(self, prime: int, count: int, constants: Sequence[int]) -> Any:
+        """(count, 2) samples modulo a prime, none twice: in some assembly the point may stand still."""
         import numpy as np
 
         chance = np.random.default_rng([prime, count])
-        found = self.samples.get(prime, np.zeros((0, 2), dtype=np.int64))
+        found = np.zeros((0, 2), dtype=np.int64)
         misses = 0
-        while len(found) < count:
+        while True:
+            once, times = np.unique(found, axis=0, return_counts=True)
+            once = once[times == 1]
+            if len(once) >= count:
+                return once[:count]
             if time.monotonic() > self.end:
                 raise Late
-            more = self.sampler.sample(prime, TRIES, chance)
-            if more is None:
-                return None
-            misses += not len(more)
+            more = self.sampler.sample(prime, count - len(once), constants, chance)
+            misses += not len(more) or (len(found) > count and not len(once))
             if misses > MISSES:
                 raise NotAlgebraic("its mechanism has no positions to sample")
             found = np.concatenate([found, more])
-        self.samples[prime] = found
-        return found[:count]
 
-    def kernel(self, degree: int, prime: int) -> list[int] | None:
-        """The coefficients of the form of this degree that is zero on all samples, the first of them that is not zero
-        made 1; None where there is none.
-        """
-        import numpy as np
-
-        exponents = monomials(degree)
-        count = len(exponents) * 5 // 4 + 20  # several branches share them
-        spots = self.points(prime, count)
-        if spots is None:
-            return None
-        powers = [np.ones((count, 2), dtype=np.int64)]
-        for _ in range(degree):
-            powers.append(powers[-1] * spots % prime)
-        matrix = np.stack([powers[i][:, 0] * powers[j][:, 1] % prime for i, j in exponents], axis=1)
-        pivots: list[int] = []
-        for column in range(len(exponents)):
-            if time.monotonic() > self.end:
-                raise Late
-            row = len(pivots)
-            places = np.nonzero(matrix[row:, column])[0]
-            if not len(places):
-                continue
-            k = row + int(places[0])
-            matrix[[row, k]] = matrix[[k, row]]
-            matrix[row] = matrix[row] * pow(int(matrix[row, column]), -1, prime) % prime
-            below = matrix[row + 1 :, column:]
-            below -= below[:, :1] * matrix[row, column:] % prime
-            below %= prime
-            pivots.append(column)
-        free = [column for column in range(len(exponents)) if column not in set(pivots)]
-        if not free:
-            return None
-        values = np.zeros(len(exponents), dtype=np.int64)
-        values[free[-1]] = 1
-        for k in reversed(range(len(pivots))):
-            values[pivots[k]] = -np.sum(matrix[k, pivots[k] + 1 :] * values[pivots[k] + 1 :] % prime) % prime
-        found = [int(value) for value in values]
-        leading = next(value for value in found if value)
-        inverse = pow(leading, -1, prime)
-        return [value * inverse % prime for value in found]
+    def forms(self, degree: int, prime: int, constants: Sequence[int], spare: int) -> tuple[int, list[int]]:
+        """See `samples.forms`."""
+        spots = self.points(prime, len(monomials(degree)) + spare, constants)
+        return forms(spots, degree, prime, accelerated=self.accelerated)
 
     def degree(self) -> int:
         """The smallest degree of an equation."""
-        prime = next(each for each in primes() if self.points(each, 1) is not None)
-        for degree in range(1, HIGHEST + 1):
-            if self.kernel(degree, prime) is not None:
-                return degree
-        raise NotAlgebraic(f"its path has no equation of a degree up to {HIGHEST}")
+        prime, constants = next((p, found) for p in primes() if (found := self.sampler.roots(p)) is not None)
+        for degree in DEGREES:
+            for more in MORE:
+                spare = more * len(monomials(degree)) // 4 + 20
+                count, _ = self.forms(degree, prime, constants, spare)
+                if not count:
+                    break
+                # they are multiples of one form: as many as there are forms of the rest of the degree
+                found = degree - (isqrt(8 * count + 1) - 3) // 2
+                if self.forms(found, prime, constants, spare)[0] == 1:
+                    return found
+        raise NotAlgebraic(f"its path has no equation of a degree up to {DEGREES[-1]}")
 
-    def coefficients(self, degree: int) -> list[Fraction]:
-        """The coefficients as rational numbers: the same by one prime more."""
-        modulus, residues = 1, [0] * len(monomials(degree))
-        before: list[Fraction | None] | None = None
-        for k, prime in enumerate(primes()):
-            found = self.kernel(degree, prime)
+    def coefficients(self, degree: int) -> dict[tuple[int, ...], list[Fraction]]:
+        """The coefficients as sums of rational numbers times products of constants' roots (by their numbers), confirmed
+        by one prime more.
+
+        With other signs of the roots the coefficients are those of another curve; from all of them the rational numbers
+        follow, modulo each prime.
+        """
+        roots = range(len(self.sampler.constants))
+        subsets = [each for n in range(len(roots) + 1) for each in combinations(roots, n)]
+        known: list[tuple[int, dict[tuple[int, ...], list[int]]]] = []
+        aim = 3
+        for prime in primes():
+            constants = self.sampler.roots(prime)
+            found = None if constants is None else self._modulo(degree, prime, constants, subsets)
             if found is None:
                 continue
-            inverse = pow(modulus, -1, prime)
-            residues = [r + modulus * ((f - r) * inverse % prime) for r, f in zip(residues, found, strict=True)]
-            modulus *= prime
-            if k % 3 == 2 or k < 3:
-                lifted = [_fraction(r, modulus) for r in residues]
-                if None not in lifted and lifted == before:
-                    return [value for value in lifted if value is not None]
-                before = lifted
-            if k > PRIMES:
+            known.append((prime, found))
+            if len(known) == aim:
+                lifted = {each: _lifted([(prime, found[each]) for prime, found in known]) for each in subsets}
+                if None not in lifted.values():
+                    return {each: value for each, value in lifted.items() if value is not None and any(value)}
+                aim += max(1, aim // 4)
+            if len(known) > PRIMES:
                 break
         raise Late
+
+    def _modulo(
+        self, degree: int, prime: int, constants: Sequence[int], subsets: Sequence[tuple[int, ...]]
+    ) -> dict[tuple[int, ...], list[int]] | None:
+        """The rational numbers modulo a prime; None for one that does not suit."""
+        total = {each: [0] * len(monomials(degree)) for each in subsets}
+        for flipped in subsets:
+            signed = [-root if k in flipped else root for k, root in enumerate(constants)]
+            count, found = self.forms(degree, prime, signed, 8)
+            if count != 1:
+                return None
+            for each in subsets:
+                sign = -1 if len({*each} & {*flipped}) % 2 else 1
+                total[each] = [a + sign * b for a, b in zip(total[each], found, strict=True)]
+        for each, values in total.items():
+            inverse = pow(len(subsets) * prod(constants[k] for k in each), -1, prime)
+            total[each] = [value * inverse % prime for value in values]
+        return total
+
+
+def _lifted(known: Sequence[tuple[int, Sequence[int]]]) -> list[Fraction] | None:
+    """Rational numbers by their residues modulo all primes but the last, which has to agree; None where it does not."""
+    modulus = prod(prime for prime, _ in known[:-1])
+    parts = [(modulus // prime) * pow(modulus // prime, -1, prime) for prime, _ in known[:-1]]
+    last, check = known[-1]
+    found: list[Fraction] = []
+    for k, expected in enumerate(check):
+        residue = sum(part * values[k] for part, (_, values) in zip(parts, known, strict=False)) % modulus
+        value = _fraction(residue, modulus)
+        if value is None or (value.numerator - expected * value.denominator) % last:
+            return None
+        found.append(value)
+    return found
 
 
 def _fraction(residue: int, modulus: int) -> Fraction | None:
@@ -364,24 +259,43 @@ def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: f
     if low is not None:
         equation = _upright(low)
         return PathCurve(int(equation.total_degree()), equation.as_expr(), ())
-    finder = Finder(Sampler(chain.point, x, y), end)
+    sampler = Sampler(chain.tower, x, y)
+    finder = Finder(sampler, end, accelerated=chain.accelerated)
     degree = finder.degree()
     X, Y = sympy.symbols("x y")
     try:
         coefficients = finder.coefficients(degree)
     except Late as error:
         raise Late(f"its degree is {degree}, with the other assemblies'") from error
-    terms = {
-        each: sympy.Rational(value.numerator, value.denominator)
-        for each, value in zip(monomials(degree), coefficients, strict=True)
-        if value
-    }
-    whole = sympy.Poly(terms, X, Y)
-    factors = [factor for factor, _ in whole.factor_list()[1]]
+    if set(coefficients) > {()}:  # of numbers with roots: it is not taken apart
+        return PathCurve(degree, _with_roots(sampler, degree, coefficients), ())
+    ring = make_ring(2, Work(MOST), accelerated=chain.accelerated)
+    whole = ring.made({each: value for each, value in zip(monomials(degree), coefficients[()], strict=True) if value})
+    factors = [
+        sympy.Poly({each: sympy.Rational(int(c.numerator), int(c.denominator)) for each, c in ring.terms(factor)}, X, Y)
+        for factor, _ in ring.factors(whole)
+    ]
     best = min(factors, key=lambda factor: _distance(factor, here))
     equation = _upright(best)
     others = tuple(factor.as_expr() for factor in factors if factor is not best)
     return PathCurve(int(equation.total_degree()), equation.as_expr(), others)
+
+
+def _with_roots(sampler: Sampler, degree: int, coefficients: Mapping[tuple[int, ...], Sequence[Fraction]]) -> Any:
+    """The form as an expression of SymPy, in whole numbers and their roots."""
+    import sympy as library
+
+    sympy: Any = library
+    X, Y = sympy.symbols("x y")
+    roots = [sympy.sqrt(sympy.Rational(str(sampler.tower.ring.constant(each.square)))) for each in sampler.constants]
+    factor = lcm(*(value.denominator for values in coefficients.values() for value in values))
+    factor = Fraction(factor, gcd(*(int(value * factor) for values in coefficients.values() for value in values)))
+    terms: list[Any] = []
+    for k, (i, j) in enumerate(monomials(degree)):
+        parts = [sympy.Integer(int(values[k] * factor)) * sympy.prod(roots[n] for n in each)
+                 for each, values in coefficients.items() if values[k]]  # fmt: skip
+        terms.append(sympy.Add(*parts) * X**i * Y**j)
+    return sympy.Add(*terms)
 
 
 def _upright(equation: Any) -> Any:

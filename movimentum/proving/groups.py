@@ -131,13 +131,17 @@ class RowGroup:
         a, b, c = row
         two = ring.number(Fraction(2))
         number = ring.constant(a)
-        if number is not None and b == ring.zero:
+        condition = f"the leading coefficient for {where} is not 0"
+        if number is not None and b == ring.zero and c != ring.zero:
             square = -c * ring.number(1 / number)
             tower.root_step(place, tower.reduced(square), unknown, where)
             return
         square = tower.reduced(ring.times(b, b) - ring.times(ring.number(Fraction(4)) * a, c))
+        if square == ring.zero:  # two solutions meet, always
+            tower.steps.append(self._value(place, -b, two * a, condition))
+            return
         root = tower.root_step(tower.new(), square, ring.times(two * a, unknown) + b, where)
-        tower.steps.append(self._value(place, root - b, two * a, f"the leading coefficient for {where} is not 0"))
+        tower.steps.append(self._value(place, root - b, two * a, condition))
 
     # --- two rows, two unknowns
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
-from movimentum.expressions import RADIANS, Expr, symbols
+from movimentum.expressions import Expr, symbols
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
 from movimentum.tolerances import GUESSED_DIRECTION
@@ -112,20 +112,20 @@ class Lowering:
     def _constant(self, node: Expr) -> Quotient:
         value = node.value
         assert value is not None
-        if node.origin is not None:
-            if node.origin.op == "symbol":
+        if node.origin is None:
+            if not math.isfinite(value):
+                raise NotAlgebraic("a constant is infinite")
+            return self.tower.number(Fraction(repr(value)))
+        match node.origin.op:
+            case "symbol":
                 return self.tower.free(node.origin.payload)
-            return self.value(node.origin)
-        if not math.isfinite(value):
-            raise NotAlgebraic("a constant is infinite")
-        tower = self.tower
-        if value == math.pi:
-            return tower.free(("pi",))
-        if value == RADIANS:
-            return tower.mul(tower.free(("pi",)), tower.number(Fraction(1, 180)))
-        if value == 1.0 / RADIANS:
-            return tower.div(tower.number(180), tower.free(("pi",)))
-        return self.tower.number(Fraction(repr(value)))
+            case "pi":
+                return self.tower.free(("pi",))
+            case "rational":
+                assert isinstance(node.origin.payload, Fraction)
+                return self.tower.number(node.origin.payload)
+            case _:
+                return self.value(node.origin)
 
     def _symbol(self, node: Expr) -> Quotient:
         payload = node.payload
@@ -171,7 +171,7 @@ class Lowering:
                 number = self._rational(node)
                 if number is not None:
                     return {None: number}
-                if node.origin is None or node.origin.op in ("symbol", "sqrt", "pow"):
+                if node.origin is None or node.origin.op in ("symbol", "pi", "rational", "sqrt", "pow"):
                     return {node: Fraction(1)}
                 return self.angle(node.origin)
             case "atan2d" if (degrees := self._degrees(node)) is not None:

@@ -155,9 +155,15 @@ class TowerPoint:
                 self.values[step.place] = balls.around(context.cos(turn))
                 self.values[step.sine] = balls.around(context.sin(turn))
             case Value():
-                self.values[step.place] = balls.over(self.at(step.top), self.at(step.bottom))
+                bottom = self.at(step.bottom)
+                if not balls.nonzero(bottom):
+                    raise NoBall(f"it does not hold that {step.condition}" if step.condition else "")
+                self.values[step.place] = balls.over(self.at(step.top), bottom)
             case Root():
-                root = balls.root(self.at(step.square))
+                square = self.at(step.square)
+                if not balls.nonzero(square):
+                    raise NoBall(step.where_it_meets)
+                root = balls.root(square)
                 sign = self._sign(step, root[0])
                 self.values[step.place] = root if sign > 0 else (-root[0], root[1])
 
@@ -176,7 +182,7 @@ class TowerPoint:
                 {},
             )
             if abs(abs(middle) - size) * SIGN_TOLD > size:
-                raise NoBall  # the film is too near to where the two roots meet
+                raise NoBall(step.where_it_meets)  # the film is too near to it
             sign = self.signs[step.place] = 1 if middle > 0 else -1
         return sign
 
@@ -188,9 +194,9 @@ class TowerPoint:
         for place, film in self.drives.film.items():
             found = self.values.get(place)
             if found is not None and abs(balls.as_float(found) - film) > FILM_POSE * max(1.0, abs(film)):
-                raise NoBall
+                raise NoBall("the film is too near to other solutions")
         if not all(self.clearly(p) for p in self.tower.assumed):
-            raise NoBall
+            raise NoBall("something that is divided by is 0")
         self.compared = self.done
 
     def present(self, p: Polynomial) -> bool:

@@ -13,7 +13,7 @@ from movimentum.proving.stretches import Chains
 from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import MOST
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.text import number
@@ -48,7 +48,8 @@ class Prover:
         for held in self.motion.timeline.claims if claims is None else claims:
             found = broken.get(held.claim.number)
             if found is not None:
-                yield self.false(held, *found)
+                false = self.false(held, *found)
+                yield within(partial(self._with_other_branch, false, found[0])) or false
                 continue
             judged = within(partial(self.judged, held))
             yield judged or Judgement(held, ProofVerdict.UNKNOWN, why="there was no time left; `--seconds` gives more")
@@ -67,13 +68,34 @@ class Prover:
 
     def judged(self, held: HeldClaim) -> Judgement:
         """The verdict on a claim that holds in the film."""
+        found = self._with_chains(partial(self._judged, held))
+        if isinstance(found, Judgement):
+            return found
+        return Judgement(held, ProofVerdict.UNKNOWN, why=found)
+
+    def _with_chains(self, work: Callable[[Chains], Judgement]) -> Judgement | str:
+        """What work on the chains gives, or the reason why it gives nothing."""
         chains = self._kept.pop() if self._kept else Chains(self.accelerated, self.given)
         try:
-            found = self._judged(held, chains)
+            found = work(chains)
         except (NotAlgebraic, NoBall, TooMuch, Full, RecursionError) as error:
-            found = Judgement(held, ProofVerdict.UNKNOWN, why=_reason(error))
+            found = _reason(error)
         self._kept.append(chains)  # not where the work was ended: a chain may be half done
         return found
+
+    def _with_other_branch(self, false: Judgement, time: float) -> Judgement:
+        """The verdict on a claim that fails, with the assembly of the mechanism for which it is proved, if any."""
+
+        def named(chains: Chains) -> Judgement:
+            for motion, low, high in self._parts(false.held):
+                if low <= time - float(motion.segment.start) <= high:
+                    one = ClaimInStep(false.held, motion, chains, self.tolerance, self.most)
+                    choice = one.other_branch(low, high)
+                    return replace(false, why=f"{false.why}; it is proved where {choice}") if choice else false
+            return false
+
+        found = self._with_chains(named)
+        return found if isinstance(found, Judgement) else false
 
     def _judged(self, held: HeldClaim, chains: Chains) -> Judgement:
         conditions: dict[str, None] = {}
@@ -129,7 +151,7 @@ class Prover:
 
 def _reason(error: BaseException) -> str:
     if isinstance(error, NoBall):
-        return "the film's poses are special ones: the mechanism is at a dead point, or two solutions meet"
+        return error.told
     if isinstance(error, Full):
         return "it has too many lengths and angles"
     if isinstance(error, RecursionError):

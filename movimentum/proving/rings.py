@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from movimentum.cancellation import look
+from movimentum.expressions import root_of
 
 Exponents = tuple[int, ...]
 Polynomial = Any
@@ -178,16 +179,6 @@ class Ring:
                     moved[places[k]] = e
             terms[tuple(moved)] = coefficient
         return into.made(terms)
-
-
-def root_of(number: Fraction) -> Fraction | None:
-    """The square root of a rational number, where it is rational."""
-    from math import isqrt
-
-    if number < 0:
-        return None
-    p, q = isqrt(number.numerator), isqrt(number.denominator)
-    return Fraction(p, q) if p * p == number.numerator and q * q == number.denominator else None
 
 
 def rational(coefficient: Any) -> Fraction:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
 from movimentum.expressions import Expr, symbol, symbols
@@ -16,10 +16,10 @@ from movimentum.proving.claims import (
     moved,
     reached,
     rests_on_lengths,
-    told_apart,
     tried,
 )
 from movimentum.proving.film import lowered
+from movimentum.proving.numbers import told_apart
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.stretches import Chains, poses
 from movimentum.proving.tower import Full, NotAlgebraic
@@ -65,17 +65,35 @@ class ClaimInStep:
             found = self._judged(low, high, loose=False)
         return found
 
-    def _judged(self, low: float, high: float, *, loose: bool) -> Judgement:
+    def other_branch(self, low: float, high: float) -> str | None:
+        """The choice (in words) with which a claim that fails here is proved: on the other side of one thing."""
+        if self.held.claim.relation is not Relation.EQUAL:
+            return None
+        left, right = self._stated(low, high, loose=True)
+        ways = differences(self._known, left, right)
+        for choice, point in self._others(self._known):
+            if all(tried(point, component, self.most).proved for component in ways):
+                many = " and " in choice
+                return f"{choice} {'are on their other sides' if many else 'is on its other side'}"
+        return None
+
+    def _stated(self, low: float, high: float, *, loose: bool) -> tuple[list[Expr], list[Expr]]:
+        """The claim's sides in the unknowns of its chain, which is made here."""
         claim = self.held.claim
-        sides = lowered(self.motion, [*claim.left, *claim.right])
-        count = len(claim.left)
-        left, right = sides[:count], sides[count:]
-        chain = self._known = self._chain(sides, low, high, loose=loose)
-        if claim.relation is not Relation.EQUAL:
+        stated = [*claim.left, *claim.right]
+        sides = lowered(self.motion, stated)
+        self._known = self._chain(sides, low, high, loose=loose)
+        self._point()
+        told_apart(self._known, stated)
+        return sides[: len(claim.left)], sides[len(claim.left) :]
+
+    def _judged(self, low: float, high: float, *, loose: bool) -> Judgement:
+        left, right = self._stated(low, high, loose=loose)
+        chain = self._known
+        if self.held.claim.relation is not Relation.EQUAL:
             return self._bound(chain, left[0], right[0])
         ways = differences(chain, left, right)
         point = self._point()
-        told_apart(chain, [*claim.left, *claim.right])
         self._proofs = []
         conditions: dict[str, None] = {}
         on_branch = False
@@ -158,8 +176,11 @@ class ClaimInStep:
         return self.chains.chain(self.motion, wanted, low, high, choice=self.choice, loose=loose)
 
     def _flipped(self, chain: Chain, ways: Sequence[Sequence[SidesApart]]) -> list[str]:
-        """The branches without which the claim is false: other assemblies of the mechanism, at the film's drives."""
-        found: list[str] = []
+        """The branches without which the claim is false."""
+        return [choice for choice, point in self._others(chain) if any(_off(point, component) for component in ways)]
+
+    def _others(self, chain: Chain) -> Iterator[tuple[str, TowerPoint]]:
+        """Other assemblies of the mechanism at the film's drives, with one choice each (in words) made otherwise."""
         for root in chain.tower.roots:
             if root.witness is None or root.constant:
                 continue
@@ -170,9 +191,7 @@ class ClaimInStep:
                 point.extend()
             except NoBall:
                 continue
-            if any(_off(point, component) for component in ways):
-                found.append(root.choice)
-        return found
+            yield root.choice, point
 
     # --- what is not proved
 

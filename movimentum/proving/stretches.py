@@ -54,17 +54,18 @@ def poses(chain: Chain, motion: SegmentMotion, low: float, high: float) -> Itera
     parts = stretches(motion, low, high)
     wanted = -(-POSES // len(parts))
     for part in parts:
-        found = 0
+        found, special = 0, NoBall()
         for tau in shares(*part):
             if found < wanted:
                 try:
                     pose = chain.pose(motion, tau)
-                except NoBall:
+                except NoBall as error:
+                    special = error
                     continue
                 found += 1
                 yield tau, pose
         if not found:
-            raise NoBall
+            raise special
 
 
 @dataclass(slots=True, eq=False)

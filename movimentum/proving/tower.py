@@ -11,8 +11,9 @@ from fractions import Fraction
 from math import prod
 from typing import Any
 
+from movimentum.expressions import root_of
 from movimentum.proving.balls import Sparse, sparse
-from movimentum.proving.rings import Polynomial, Ring, rational, root_of
+from movimentum.proving.rings import Polynomial, Ring, rational
 from movimentum.records import dataclass, field
 
 
@@ -109,6 +110,11 @@ class Root:
     def parts(self) -> tuple[Polynomial, ...]:
         """See `FreeParameter`."""
         return (self.square,) if self.over is None else (self.square, self.over)
+
+    @property
+    def where_it_meets(self) -> str:
+        """Where the root is zero, in a clause."""
+        return f"two solutions for {self.choice} meet" if self.choice else "a length is 0"
 
 
 Step = FreeParameter | Unit | Value | Root

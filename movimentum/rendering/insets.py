@@ -58,7 +58,7 @@ class InsetLayer:
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Draw frame ``i``."""
-        now, mark = poses.select(slice(i, i + 1)), self._mark
+        now, mark = poses.one(i), self._mark
         opacity, color = paint_at(mark.paint, poses, i)
         look, shown = detail(mark, now)
         if not shown[0]:

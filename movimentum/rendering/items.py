@@ -69,7 +69,7 @@ class Item:
             return
         from movimentum.drawing.clips import clip_outline  # few films have any
 
-        inside = clip_outline(clip, poses.select(slice(i, i + 1)))
+        inside = clip_outline(clip, poses.one(i))
         if inside.shown[0]:
             points: list[Point] = [(x, y) for x, y in inside.points[0].tolist()]
             outline = part_shape(replace(inside.style, points=tuple(points)), to_image.a).at(to_image, to_image.a)
@@ -78,10 +78,10 @@ class Item:
     def _draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         mark, sprite, scale = self.prepared.mark, self.prepared.sprite, to_image.a
         if isinstance(mark, NoteMark):
-            _note(self.prepared, mark, canvas, to_image, poses.select(slice(i, i + 1)))
+            _note(self.prepared, mark, canvas, to_image, poses.one(i))
             return
         if isinstance(mark, FreeArrow):
-            now = poses.select(slice(i, i + 1))
+            now = poses.one(i)
             if arrow_shown(mark, now)[0]:
                 ends: list[Point] = [(x, y) for x, y in arrow_ends(mark, now)[0].tolist()]
                 canvas.fill(line_shape(ends, ARROW_WIDTH, True, scale).at(to_image, scale), mark.color)
@@ -96,7 +96,7 @@ class Item:
                     shape = line_shape(points, mark.width, False, scale, canvas.thinnest)
                     canvas.fill(shape.at(to_image, scale), paint[1], paint[0])
             case SymbolMark():
-                _symbol(mark, canvas, to_image, poses.select(slice(i, i + 1)), paint)
+                _symbol(mark, canvas, to_image, poses.one(i), paint)
             case PolylineMark() | DiscMark() | FigureMark():
                 fine = scale * mark.paint.zoom
                 if self._shapes is None or self._scale != fine:
@@ -104,7 +104,7 @@ class Item:
                 size, place = _drawn(mark, poses, i)
                 _together(canvas, self._shapes, to_image @ place, fine, paint, size * scale / fine)
             case TextMark() if mark.pieces or (sprite is not None and _enlarged(sprite, scale * mark.paint.zoom)):
-                now = poses.select(slice(i, i + 1))
+                now = poses.one(i)
                 _live_text(mark, canvas, to_image, *_drawn(mark, poses, i), now, paint)
             case ImageMark() | TextMark() if sprite is not None:
                 sprite = self._fitting(sprite, scale * mark.paint.zoom)
@@ -257,7 +257,7 @@ def _drawn(mark: BodyMark, poses: Poses, i: int) -> tuple[float, Affine]:
     """How many times as large a mark is drawn, and where."""
     if mark.paint.about is None or (mark.paint.thing, "scale") not in poses.properties:
         return 1.0, _pose(poses, mark.body, i)
-    origin, direction = drawn_pose(mark, poses.select(slice(i, i + 1)))
+    origin, direction = drawn_pose(mark, poses.one(i))
     x, y, cosine, sine = *origin[0].tolist(), *direction[0].tolist()
     return math.hypot(cosine, sine), geometry.pose(x, y, cosine, sine)
 

@@ -77,7 +77,7 @@ class Painter:
 
     def frame(self, poses: Poses, i: int) -> Image.Image:
         """The picture of frame ``i`` (a position in ``poses``)."""
-        return next(PaintSession(self).frames(poses.select(slice(i, i + 1))))
+        return next(PaintSession(self).frames(poses.one(i)))
 
 
 @dataclass(slots=True)

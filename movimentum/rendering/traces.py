@@ -91,7 +91,7 @@ class TraceLayer:
 
     def draw(self, canvas: Canvas, to_image: Affine, poses: Poses, i: int) -> None:
         """Lay the path up to frame ``i`` over the canvas."""
-        path, (end,) = self.trace.through(poses.select(slice(i, i + 1)))
+        path, (end,) = self.trace.through(poses.one(i))
         self.show(canvas, to_image, path[:end], painted(self.trace.mark, poses, i))
 
     def show(self, canvas: Canvas, to_image: Affine, path: Floats, paint: tuple[float, Color]) -> None:
@@ -153,7 +153,7 @@ class TailLayer:
         """Lay the tail over the canvas."""
         mark, now = self.trace.mark, float(poses.times[i])
         assert mark.tail is not None
-        path, _ = self.trace.through(poses.select(slice(i, i + 1)))
+        path, _ = self.trace.through(poses.one(i))
         path = path[max(int(np.searchsorted(path[:, 3], now - mark.tail)) - 1, 0) :]
         values = np.zeros((canvas.size[1], canvas.size[0]), dtype=np.uint8)
         runs = [run for run in _visible(path) if len(run) > 1]

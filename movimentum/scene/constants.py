@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import repeat
 
 from movimentum.diagnostics import replacement
-from movimentum.expressions import Expr, named_origins
+from movimentum.expressions import Expr, StatedNumber, rational_value
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
@@ -124,23 +124,8 @@ def constant(root: Expression | Text, what: str, findings: Findings) -> float | 
     value = constant_expression(root, what, findings)
     if value is None or value.value is None:
         return None
-    if value.origin is not None and named_origins(value):
-        return StatedNumber(value.value, value)
-    return value.value
-
-
-class StatedNumber(float):
-    """A number computed from constants that keep their names: ``stated`` tells how (see `Expr.origin`)."""
-
-    __slots__ = ("stated",)
-
-    stated: Expr
-
-    def __new__(cls, value: float, stated: Expr) -> StatedNumber:
-        """The number."""
-        made = super().__new__(cls, value)
-        made.stated = stated
-        return made
+    rounded = value.origin is not None and rational_value(value) != Fraction(repr(value.value))
+    return StatedNumber(value.value, value) if rounded else value.value
 
 
 def constant_expression(root: Expression | Text, what: str, findings: Findings) -> Expr | None:

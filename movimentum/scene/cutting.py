@@ -18,7 +18,6 @@ from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.expansion.product import Expanded, Timed
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Constraint, Relation, Scene, Thing, ThingAngle
-from movimentum.scene.outlines import Circle, outline_of
 from movimentum.scene.resolve import ThingTable
 from movimentum.scene.wholes import wholes
 from movimentum.source import Span
@@ -203,6 +202,8 @@ def _cut_thing(
     first = frame.anchors[0]
     anchor = Anchor(first.name, first.local, definition.name_span, first.stated)
     made = replace(thing, about=about, anchors=(anchor,), placement=HERE)
+    from movimentum.scene.outlines import outline_of  # few scripts cut anything
+
     if outline_of(tool) is None:
         if not (findings.errors and isinstance(tool.own, Curved)):
             _report_tool(tool, definition, findings)
@@ -289,6 +290,8 @@ def _undercut(
     thing: Thing, tool: Thing, frame: Thing, profile: CutProfile, span: Span, definitions: Sequence[Definition]
 ) -> Diagnostic:
     """The profile crosses itself."""
+    from movimentum.scene.outlines import Circle, outline_of
+
     assert profile.time is not None
     where = "" if profile.place is None else f" at [{profile.place[0]:.4g}, {profile.place[1]:.4g}] as drawn"
     outline = outline_of(tool)

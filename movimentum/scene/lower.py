@@ -14,18 +14,17 @@ from movimentum.diagnostics import replacement
 from movimentum.expressions import (
     ONE,
     OPERATIONS,
+    PI,
     ZERO,
     Expr,
     add,
     call,
     clock,
-    const,
     derivative,
     div,
     integral,
     mul,
     neg,
-    power,
     progress,
     sub,
     symbol,
@@ -67,6 +66,7 @@ from movimentum.scene.values import (
     number,
     paired,
     piecewise,
+    powered,
     ranged,
     times,
     transition,
@@ -203,7 +203,7 @@ def _clock(name: str, context: Context) -> Expr:
         case "s":
             return progress(context.step_time, context.step_end)
         case _:
-            return const(math.pi)
+            return PI
 
 
 # --- operations -----------------------------------------------------------------------------------
@@ -232,7 +232,7 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
         case Negate():
             return tuple(neg(part) for part in of(node.operand))
         case Power():
-            return _power(node, of(node.base)[0], of(node.exponent)[0].value, context)
+            return _power(node, of(node.base)[0], of(node.exponent)[0], context)
         case Sum():
             signs = (Operator.PLUS, *node.operators)
             terms = [
@@ -266,8 +266,8 @@ def _operation(node: Expression, meanings: Meanings, values: dict[int, Value], c
             raise AssertionError(f"{type(node).__name__} is a leaf")
 
 
-def _power(node: Power, base: Expr, exponent: float | None, context: Context) -> Value:
-    if exponent is None:
+def _power(node: Power, base: Expr, exponent: Expr, context: Context) -> Value:
+    if exponent.value is None:
         power_help = f".exp(({expression_text(node.exponent)}) * .ln({expression_text(node.base)}))"
         context.findings.error(
             "kind/not-constant",
@@ -276,7 +276,7 @@ def _power(node: Power, base: Expr, exponent: float | None, context: Context) ->
             helps=(replacement("write `.exp(n * .ln(s))` for a power that changes", node.span, power_help),),
         )
         return (ONE,)
-    return (power(base, exponent),)
+    return (powered(base, exponent, exponent.value),)
 
 
 def _from_line(node: Call, arguments: list[Value], meanings: Meanings, context: Context) -> Value:

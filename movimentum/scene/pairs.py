@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from movimentum.diagnostics import Fix, Label, replacement
+from movimentum.expressions import Expr, as_stated, const, div, mul
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import GearPair, Thing
 from movimentum.source import Span
@@ -63,6 +64,13 @@ def belt_radius(thing: Thing) -> float | None:
     if thing.kind is GEAR and isinstance(thing.own, Toothed) and not thing.own.inner:
         return thing.own.pitch_radius
     return thing.radius
+
+
+def stated_belt_radius(thing: Thing) -> Expr:
+    """`belt_radius` as the script states it; 1 if there is none."""
+    if thing.kind is GEAR and isinstance(thing.own, Toothed):
+        return div(mul(as_stated(thing.own.module), const(thing.own.teeth)), const(2.0))
+    return as_stated(thing.radius or 1.0)
 
 
 def _thing(argument: Expression, function: str, known: dict[str, Thing], findings: Findings) -> Thing | None:

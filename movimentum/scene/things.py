@@ -9,7 +9,7 @@ from typing import Any
 from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
-from movimentum.expressions import const, mul, sub
+from movimentum.expressions import as_stated, const, mul, sub
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.anchors import build_anchors, moved
 from movimentum.scene.arcs import check_shape, read_arcs
@@ -141,7 +141,7 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
             k = own.scale
             own = replace(own, border=border.placed((k, 0.0, 0.0, k), (-k * x, -k * y)))
     if read.get("scale", 1.0) != 1.0:
-        scale = const(read["scale"])
+        scale = as_stated(read["scale"])
         anchors = [moved(item, *(mul(value, scale) for value in item.coordinates)) for item in anchors]
     if kind is VECTOR and ("velocity" in read) == ("acceleration" in read):
         _report_vector(definition, read, findings)

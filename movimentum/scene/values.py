@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from typing import TypeVar
 
-from movimentum.expressions import ONE, Expr, add, call, const, div, mul, power, ratio, sub
+from movimentum.expressions import ONE, Expr, add, call, const, div, folded, mul, power, ratio, rational_value, sub
 from movimentum.scene.findings import Findings
 from movimentum.syntax.expression_tree import Comparison, Constant, Number, Piecewise, Range
 
@@ -23,10 +24,18 @@ def number(node: Number | Constant, findings: Findings) -> Expr:
             return node.computed
         return ratio(node.value) if isinstance(node.value, Fraction) else const(node.value)
     value = float(node.value)
-    if math.isfinite(value):
+    if not math.isfinite(value):
+        findings.error("kind/not-finite", "this number is too large", node.span)
+        return ONE
+    if Decimal(repr(value)) == node.value:
         return const(value)
-    findings.error("kind/not-finite", "this number is too large", node.span)
-    return ONE
+    return folded(value, Expr("rational", (), Fraction(node.value)))
+
+
+def powered(base: Expr, exponent: Expr, value: float) -> Expr:
+    """A power; the exponent, a constant of this value, is kept where a proof would take it for another one."""
+    rounded = (2.0 * value).is_integer() and rational_value(exponent) != value
+    return power(base, value, exponent if rounded else None)
 
 
 def length_of(vector: Value) -> Expr:

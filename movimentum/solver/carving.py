@@ -148,8 +148,11 @@ class RelativeMotion:
     def __call__(self, times: Sequence[Fraction]) -> FloatArray:
         """See `outlines.envelope.Course`."""
         x, y, turn = self.rates(times, 0)
-        vx, vy, w = self.rates(times, 1)
-        return np.stack([x, y, np.cos(turn), np.sin(turn), vx, vy, w])
+        try:
+            faster = self.rates(times, 2)
+        except UndefinedRate:
+            faster = np.full((3, len(times)), np.nan)
+        return np.stack([x, y, np.cos(turn), np.sin(turn), *self.rates(times, 1), *faster])
 
 
 @dataclass(slots=True, eq=False)

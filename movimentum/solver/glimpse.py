@@ -9,8 +9,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 from movimentum.arrays import BoolArray
+from movimentum.expressions import symbols
 from movimentum.records import replace
-from movimentum.scene.model import Scene, ThingProperty
+from movimentum.scene.model import Scene, ThingProperty, VariableComponent
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.basis.instants import Instants
@@ -24,7 +25,8 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.poses import Poses
 from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion, Unsolved
-from movimentum.timeline.model import Timeline
+from movimentum.solver.touched import touched
+from movimentum.timeline.model import Segment, Timeline
 
 EFFORT = 400
 """Linearizations after which it is quicker to wait for the path."""
@@ -41,13 +43,17 @@ class ShownPiece(Piece):
         return self.evaluate(instants)
 
 
-def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Poses | None:
+def glimpse(
+    timeline: Timeline, time: Fraction, near: Carry, known: Known, shown: PathMotion | None = None
+) -> Poses | None:
     """The poses (F = 1) at ``time``, nearest to ``near``; None where none is found with little work.
 
     ``near`` is in terms of the timeline's scene (see `renumbered`); plans are taken from ``known``, and kept there.
+    Where it is the pose of ``shown`` at that time, what is stated as it was there is not solved again.
     """
     scene = timeline.scene
-    segment = timeline.segments[timeline.segment_at(time)]
+    whole = timeline.segments[timeline.segment_at(time)]
+    segment = _touched(shown, time, scene, whole)
     size = scene_size(scene)
     key = known.memo.number(segment_key(known.memo.number(scene_key(scene)), segment, scene.source.text))
     tau = float(time - segment.start)
@@ -67,7 +73,21 @@ def glimpse(timeline: Timeline, time: Fraction, near: Carry, known: Known) -> Po
     )
     alone = replace(timeline, segments=(segment,))
     poses = PathMotion(alone, (segment_motion,), size, doubted=True).poses_at([time])
+    if segment is not whole:
+        leaves = symbols(*(side for constraint in whole.active for side in (*constraint.left, *constraint.right)))
+        stated = {leaf.name for leaf in leaves if isinstance(leaf, VariableComponent)}
+        poses = replace(poses, missing={name: rows for name, rows in poses.missing.items() if name not in stated})
     return poses if bool(poses.solved.all()) else None
+
+
+def _touched(shown: PathMotion | None, time: Fraction, scene: Scene, segment: Segment) -> Segment:
+    """``segment`` with what has to be solved when the pose of ``shown`` at ``time`` is known."""
+    if shown is None or shown.doubted or not shown.timeline.start <= time <= shown.timeline.end:
+        return segment
+    before = shown.segments[shown.timeline.segment_at(time)]
+    if before.troubles:
+        return segment
+    return touched((shown.timeline.scene, before.segment), (scene, segment)) or segment
 
 
 def shown_at(motion: PathMotion, time: Fraction) -> Carry:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -38,7 +39,7 @@ class SpelledPoses(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Poses:
     """Everything a picture or a table needs of F frames of a scene with N things.
 
@@ -72,6 +73,27 @@ class Poses:
     def spelled(self) -> SpelledPoses | None:
         """The same with all digits, where numbers are to be told with more than a float has; else None."""
         return None
+
+    @cached_property
+    def of_things(self) -> dict[int, list[tuple[str, FloatArray]]]:
+        """The properties of each thing that has any, by name."""
+        found: dict[int, list[tuple[str, FloatArray]]] = {}
+        for (thing, name), values in sorted(self.properties.items()):
+            found.setdefault(thing, []).append((name, values))
+        return found
+
+    @cached_property
+    def _one(self) -> dict[int, Poses]:
+        return {}
+
+    def one(self, i: int) -> Poses:
+        """Frame ``i`` alone (a position in these arrays). All that is drawn in a frame asks for the same one: it is
+        made once.
+        """
+        if i not in self._one:
+            self._one.clear()
+            self._one[i] = self.select(slice(i, i + 1))
+        return self._one[i]
 
     def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
         """(F, 2) world positions of the point ``local`` of thing number ``thing``."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import Expr, symbols
 from movimentum.memo import Memo
 from movimentum.planning.blocks.kept import KnownBlocks
 from movimentum.planning.lowering.body_frames import KnownFrames, body_frames, scene_shift
@@ -224,4 +224,4 @@ def _words(span: Span, text: str) -> str:
 def _reads_property(constraint: Constraint) -> bool:
     """Whether a constraint is about how something looks: what it looks like otherwise may then matter."""
     sides: tuple[Expr, ...] = (*constraint.left, *constraint.right)
-    return any(isinstance(node.payload, ThingProperty) for node in walk(*sides))
+    return any(isinstance(payload, ThingProperty) for payload in symbols(*sides))

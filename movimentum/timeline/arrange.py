@@ -8,7 +8,7 @@ from typing import cast
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.expressions import ONE, ZERO, Expr, call, clock, div, ratio, substitute, walk
+from movimentum.expressions import ONE, ZERO, Expr, Occurring, call, clock, div, ratio, substitute, walk
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import cords_of
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
@@ -196,7 +196,8 @@ class _Shares:
         """``constraint`` in the segment that begins at ``start``."""
         ends = self._ends.get(constraint.number)
         if ends is None:
-            leaves = {node for node in walk(*constraint.left, *constraint.right) if node.op == "progress"}
+            lasting = (side for side in (*constraint.left, *constraint.right) if side.occurring & Occurring.LASTING)
+            leaves = {node for node in walk(*lasting) if node.op == "progress"}
             ends = self._ends[constraint.number] = tuple({_step_of(node)[1] for node in leaves})
         if not ends:
             return constraint
@@ -243,7 +244,7 @@ def _step_of(node: Expr) -> tuple[Fraction, Fraction | None]:
 
 def _replaced(sides: tuple[Sides, Sides], value: Callable[[Expr], Expr | None]) -> tuple[Sides, Sides]:
     """Both sides with the leaves replaced for which there is a ``value``; unchanged if there is no such leaf."""
-    if not any(node.op in ("lifetime", "progress") for node in walk(*sides[0], *sides[1])):
+    if not any(part.occurring & Occurring.LASTING for part in (*sides[0], *sides[1])):
         return sides
     memo: dict[Expr, Expr] = {}
     left, right = (tuple(substitute(part, value, memo) for part in side) for side in sides)

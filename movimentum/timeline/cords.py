@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, neg, power, sub, substitute, symbol
+from movimentum.expressions import DEGREE, ZERO, Expr, add, call, const, mul, neg, power, sub, substitute, symbol
 from movimentum.records import dataclass, replace
 from movimentum.scene.cords import signed_radius
 from movimentum.scene.leaves import Bearing, Cord, Stop, Wheel, cords_of
@@ -67,7 +67,7 @@ class CordParts:
         for part in self.straights:
             total = add(total, part.length)
         for wrap in self.wraps:
-            total = add(total, mul(const(math.radians(wrap.radius)), wrap.angle))
+            total = add(total, mul(mul(const(wrap.radius), DEGREE), wrap.angle))
         return total
 
     def _wraps(self) -> Iterator[Wrap]:

@@ -18,11 +18,27 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, ratio, sub, substitute, symbol, symbols
+from movimentum.expressions import (
+    PI,
+    ZERO,
+    Expr,
+    add,
+    as_stated,
+    call,
+    const,
+    div,
+    mul,
+    neg,
+    ratio,
+    sub,
+    substitute,
+    symbol,
+    symbols,
+)
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
-from movimentum.scene.pairs import belt_radius
+from movimentum.scene.pairs import belt_radius, stated_belt_radius
 from movimentum.scene.values import from_line
 from movimentum.things.kinds.toothed import RACK
 from movimentum.timeline.joints import Direction, Joints, value_at
@@ -47,10 +63,15 @@ class Trains:
         self._scene = scene
         self._teeth: dict[tuple[int, GearPair], int] = {}
         self._offsets: dict[tuple[int, GearPair], float] = {}
+        self._active: Sequence[Constraint] = ()
+        self._turned: dict[int, float] = {}
         self._paired = {item.number for item in scene.constraints() if _pairs(item)}
 
     def placed(self, active: Sequence[Constraint], start: Fraction) -> tuple[Constraint, ...]:
         """The constraints of a moment without such leaves."""
+        if self._paired:
+            self._come_to(start)
+        self._active = active
         pairs = [(item.number, pair) for item in active if item.number in self._paired for pair in _pairs(item)]
         if not pairs:
             return tuple(active)
@@ -65,7 +86,7 @@ class Trains:
                 key = number, pair
                 direction = joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0))
                 if key not in self._offsets:
-                    self._offsets[key] = self._belt_offset(pair, stated) if later else 0.0
+                    self._offsets[key] = self._belt_offset(pair, {**self._turned, **stated}) if later else 0.0
                 return sub(self._belt(pair, direction), const(self._offsets[key]))
             form = forms[pair]
             whole = sub(form.rest, const(360.0 * self._teeth[number, pair]))
@@ -76,6 +97,15 @@ class Trains:
             return total
 
         return tuple(_with_values(item, value) for item in active)
+
+    def _come_to(self, start: Fraction) -> None:
+        """Note how far things are turned where the moment before ends, as far as its statements tell."""
+        turned = _stated_turns(self._active, start)
+        for item in self._active:
+            for pair in _pairs(item) if item.number in self._paired else []:
+                if pair.first in turned and pair.second not in turned and (item.number, pair) in self._offsets:
+                    turned[pair.second] = self._offsets[item.number, pair] + self._quotient(pair) * turned[pair.first]
+        self._turned.update(turned)
 
     def read(self, sides: tuple[Expr, ...], active: Sequence[Constraint], start: Fraction) -> tuple[Expr, ...]:
         """The same for what is only read: teeth are compared with the nearest gap, directions with those seen."""
@@ -138,27 +168,29 @@ class Trains:
         turned = sub(sub(_tooth_direction(rack), const(90.0)), _tooth_direction(gear))
         fixed = sub(mul(const(-teeth), turned), const(180.0))
         factors = {rack.number: Fraction(-teeth), gear.number: Fraction(teeth)}
-        unit = 360.0 / (math.pi * module)
+        unit = div(const(360.0), mul(PI, as_stated(module)))
         here = joints.known(AnchorRef(rack.number, 0)) or begin.local
         there = joints.known(AnchorRef(gear.number, 0)) or gear.anchors[0].local
         angle = math.radians(rack.tooth_direction)
         drawn = (there[0] - here[0]) * math.cos(angle) + (there[1] - here[1]) * math.sin(angle)
-        drawn = unit * drawn + (fixed.value or 0.0)
-        return _Form(factors, add(mul(const(unit), along or ZERO), fixed), drawn)
+        drawn = (unit.value or 0.0) * drawn + (fixed.value or 0.0)
+        return _Form(factors, add(mul(unit, along or ZERO), fixed), drawn)
 
     def _belt(self, pair: GearPair, direction: Direction) -> Expr:
         """How far the second is turned beyond where the belt has it."""
-        r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
-        quotient = div(const(-r1 if pair.crossed else r1), const(r2))
-        turned = sub(direction.value, const(direction.drawn))
+        r1, r2 = (stated_belt_radius(self._scene.things[t]) for t in (pair.first, pair.second))
+        quotient = div(neg(r1) if pair.crossed else r1, r2)
+        turned = ZERO if direction.value.value is not None else sub(direction.value, const(direction.drawn))
         theta1, theta2 = symbol(ThingAngle(pair.first)), symbol(ThingAngle(pair.second))
         return add(sub(theta2, mul(quotient, theta1)), mul(sub(quotient, const(1.0)), turned))
 
     def _belt_offset(self, pair: GearPair, stated: Mapping[int, float]) -> float:
         """Of a belt that is laid on later: what the second has been turned beyond that already."""
+        return stated.get(pair.second, 0.0) - self._quotient(pair) * stated.get(pair.first, 0.0)
+
+    def _quotient(self, pair: GearPair) -> float:
         r1, r2 = (belt_radius(self._scene.things[t]) or 1.0 for t in (pair.first, pair.second))
-        quotient = -r1 / r2 if pair.crossed else r1 / r2
-        return stated.get(pair.second, 0.0) - quotient * stated.get(pair.first, 0.0)
+        return -r1 / r2 if pair.crossed else r1 / r2
 
     # --- which teeth ---
 
@@ -175,17 +207,18 @@ class Trains:
             if not ready:
                 roots = [thing for _, pair in rest for thing in (pair.first, pair.second)]
                 root = next((thing for thing in roots if thing in stated), roots[0])
-                turns[root] = stated.get(root, 0.0)
+                turns[root] = stated.get(root, self._turned.get(root, 0.0))
                 continue
             number, pair = ready[0]
             rest.remove((number, pair))
             form = forms[pair]
-            phase = form.drawn + sum(float(f) * turns.get(t, 0.0) for t, f in form.factors.items())
+            here = {t: turns.get(t, self._turned.get(t, 0.0)) for t in form.factors}
+            phase = form.drawn + sum(float(f) * here[t] for t, f in form.factors.items())
             if (number, pair) not in self._teeth:
                 self._teeth[number, pair] = math.ceil(phase / 360.0 - 0.5 - NEAREST_TOOTH)
             for thing, factor in form.factors.items():
                 if thing not in turns:
-                    turns[thing] = (360.0 * self._teeth[number, pair] - phase) / float(factor)
+                    turns[thing] = here[thing] + (360.0 * self._teeth[number, pair] - phase) / float(factor)
 
 
 def _tooth_direction(thing: Thing) -> Expr:

@@ -355,9 +355,12 @@ class FilmData:
 
     def number(self, values: FloatArray) -> float | list[int]:
         """A number, or where its values in all frames are to be found."""
+        first = float(values[0])
+        if len(values) == 1 and first == first:
+            return nine_digits(first)
         single = values.astype("<f4")
         if (single == single[0]).all():
-            return nine_digits(float(values[0]))
+            return nine_digits(first)
         key = single.tobytes()
         if key not in self._known:
             self._known[key] = self._length

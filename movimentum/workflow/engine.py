@@ -129,7 +129,7 @@ class Engine:
         carry = as_drawn(scene)
         if shown is not None:
             carry = renumbered(shown_at(shown, time), shown.timeline.scene, scene)
-        return glimpse(timeline, min(max(time, timeline.start), timeline.end), carry, self.known)
+        return glimpse(timeline, min(max(time, timeline.start), timeline.end), carry, self.known, shown)
 
 
 class Revision:

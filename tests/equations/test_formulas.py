@@ -13,14 +13,12 @@ import sympy
 from movimentum.equations import formulas
 from movimentum.equations.printing import EXCEL, GEOGEBRA, desmos_printer, formula_printer
 from movimentum.equations.program import MotionProgram, NamedValue, NoProgram, StageProgram
-from movimentum.errors import ScriptError
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.equations import program_of
 from movimentum.workflow.read import read
 from tests.broad import broad
-from tests.equations.test_code import SCRIPTS, poses
+from tests.equations.test_code import GALLERY, SCRIPTS, poses, program_of_script
 
-GALLERY = sorted(path.stem for path in SCRIPTS.glob("*.mov"))
 QUICK = ("four-bar", "hart", "trammel", "oscillating-engine")
 
 FUNCTIONS: dict[str, Any] = {
@@ -199,10 +197,10 @@ READERS = {"geogebra": by_geogebra, "excel": by_excel, "desmos": by_desmos}
 
 @broad("name", GALLERY, fast=QUICK)
 def test_formulas_agree_with_solve(name):
+    program = program_of_script(name)
     try:
-        program = program_of(read(str(SCRIPTS / f"{name}.mov")), Choices(), ())
         texts = {language: getattr(formulas, language)(program) for language in READERS}
-    except (ScriptError, NoProgram) as error:
+    except NoProgram as error:
         pytest.skip(str(error).partition("\n")[0])
     times, columns, values = poses(name)
     allowed = 1e-12 * max(np.abs(values).max(), 1.0)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from movimentum.living.scene import is_live
 from tests.command import ROOT, movimentum
 
 SCRIPTS = ROOT / "scripts"
@@ -112,6 +113,50 @@ def test_poses_are_those_of_solve_also_where_it_binds():
                 here = row[x] + row[c] * local[0] - row[s] * local[1], row[y] + row[s] * local[0] + row[c] * local[1]
                 assert math.dist(here, anchor) < 1e-9
     assert 0 < bound < 12
+
+
+LIVING = {
+    "crane": ("r",), "geneva": ("a", "w", "lock"), "hart": ("L", "S", "q"), "jansen": ("bd", "gi"), "klann": ("u",),
+    "planetary": ("m",), "umbrella": ("rib", "half"),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LIVING)
+def test_the_gallery_lives_as_solve_has_it(name):
+    """Also just inside and just outside of where it binds."""
+    script = mv.load(str(SCRIPTS / f"{name}.mov"))
+    names = LIVING[name]
+    figure, film = follower(script, *names)
+    own = {each: slider.value for each, slider in zip(names, figure.sliders, strict=True)}
+    places = {
+        f"{thing.name}.{anchor.name}": (thing.number, anchor.local)
+        for thing in figure.live.opened().things if thing.is_body
+        for anchor in thing.anchors if not is_live(*anchor.local)
+    }  # fmt: skip
+
+    def compare(given):
+        found = film(given)
+        motion, end = solved(script, given)
+        assert next((k for k, row in enumerate(found) if row is None), len(found)) == end
+        for anchor, (thing, (u, v)) in places.items() if end else ():
+            x, y, c, s = figure.places[thing]
+            for row, there in zip(found[:end], motion[anchor], strict=False):
+                here = row[x] + row[c] * u - row[s] * v, row[y] + row[s] * u + row[c] * v
+                assert math.dist(here, there) < 1e-9 * max(1.0, math.dist((0, 0), here) / 100)
+        return end == len(found)
+
+    chance, bounds = random.Random(name), script.live(*names).constants
+    for _ in range(6):
+        far = {each: chance.uniform(*bounds[each]) for each in names}
+        if not compare(far):
+            low, high = 0.0, 1.0
+            for _ in range(26):
+                share = 0.5 * (low + high)
+                whole = all(film({each: own[each] + share * (far[each] - own[each]) for each in names}))
+                low, high = (share, high) if whole else (low, share)
+            for share in (low - 1e-6, high + 1e-6):
+                compare({each: own[each] + share * (far[each] - own[each]) for each in names})
 
 
 def test_the_page_needs_nothing_else(tmp_path):

@@ -121,6 +121,22 @@ P : .disc(4) P = [280,100];
     assert np.hypot((motion["P.P.x"] - 200) / 80, (motion["P.P.y"] - 100) / 50) == pytest.approx(1, abs=1e-12)
 
 
+def test_a_place_that_is_only_read_is_the_nearest_one():
+    """Inside an ellipse, across the line on which two places are as near."""
+    motion = solved("""E : .curve C = [200,200] .param(u, [80*.cos(u), 50*.sin(u)]);
+P : .disc(4) P = [250,200];
+@0 E.C = [200,200]; E.angle = 0; P.P = [200 + 60*.cos(45*.t), 201 + 23*.sin(90*.t)]; w = .where(P.P, E);
+@8""")
+    turns = np.linspace(0.0, 2.0 * np.pi, 40001)
+    x, y = 200.0 + 80.0 * np.cos(turns), 200.0 + 50.0 * np.sin(turns)
+    along = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
+    for (px, py), place in zip(motion["P.P"], motion["w"], strict=True):
+        off = np.hypot(x - px, y - py)
+        near = off <= off.min() + 1e-6  # both, where they are as near
+        apart = np.abs(along[near] / along[-1] - place)
+        assert np.minimum(apart, 1.0 - apart).min() < 1e-4
+
+
 @pytest.mark.parametrize(("a", "b"), [(80, 50), (60, 55), (70, 30)])
 def test_ellipses_roll_about_their_foci(a, b):
     c = math.sqrt(a * a - b * b)

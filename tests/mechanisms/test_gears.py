@@ -268,6 +268,34 @@ def test_belts(crossed: str, sign: float, form: str, held: bool) -> None:
     assert np.abs((motion["B.angle"] - carrier) - sign * 30 / 12 * (motion["A.angle"] - carrier)).max() < NEAR
 
 
+@pytest.mark.parametrize(("begin", "rate", "crossed"), [(0, 10, ""), (25, -40, ""), (7, 15, ".crossed")])
+def test_a_belt_that_is_laid_on_and_taken_off_goes_on_from_where_things_are(begin, rate, crossed) -> None:
+    """A clutch: first each by itself, then together, at rest, and together again; so does a belt behind it."""
+    ratio = (-1 if crossed else 1) * 30 / 12
+    rest = begin + rate + 180 * ratio
+    motion = solved(
+        ".config(10); A : .disc(30) C=[0,0] P=[9,0]; B : .disc(12) C=[90,0] P=[95,0]; D : .disc(20) C=[180,0];"
+        "@0 A.C=[0,0]; B.C=[90,0]; D.C=[180,0]; A.angle = 10 + 90*.T; D.angle = 5;"
+        f"B.angle = {begin} + {rate}*.T; @1 B.angle = _; .belt(A, B) {crossed} = 0; @2 D.angle = _; .belt(B, D) = 0;"
+        f"@3 .belt(A, B) = _; B.angle = {rest}; @4 B.angle = _; .belt(A, B) = 0; @5"
+    )
+    together, again = np.clip(motion.times, 1, 3) - 1, np.clip(motion.times, 4, 5) - 4
+    turn = begin + rate * np.clip(motion.times, 0, 1) + 90 * (ratio * together + 30 / 12 * again)
+    assert np.abs(motion["B.angle"] - turn).max() < NEAR
+    since = np.where(motion.times > 2, turn - turn[20], 0)
+    assert np.abs(motion["D.angle"] - 5 - 12 / 20 * since).max() < NEAR
+
+
+@pytest.mark.parametrize(("begin", "rate"), [(0, 50), (0, -70), (33, 200)])
+def test_gears_that_come_into_mesh_turn_to_the_next_gap_from_where_they_are(begin, rate) -> None:
+    motion = solved(
+        ".config(10); A : .gear(20, 5) C=[0,0]; B : .gear(12, 5) C=[80,0]; @0 A.C=[0,0]; B.C=[80,0];"
+        f"A.angle = 30*.T; B.angle = {begin} + {rate}*.T; @1 B.angle = _; .mesh(A, B) = 0; @2"
+    )
+    assert abs(motion["B.angle"][10] - begin - rate) <= 180 / 12 + NEAR
+    assert np.abs(np.diff(motion["B.angle"][10:]) + 20 / 12 * 3).max() < NEAR
+
+
 def test_a_gear_on_a_slider_that_goes_round() -> None:
     """Nothing rigid joins the centres: the direction between them is followed over whole turns."""
     motion = solved(

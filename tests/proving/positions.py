@@ -97,6 +97,10 @@ class Exact:
         return rational(node.start)
 
     def of(self, node, args):
+        if node.op == "pi":
+            return mp.pi + 0
+        if node.op == "rational":
+            return rational(node.payload)
         if node.op == "pow":
             return args[0] ** rational(Fraction(node.payload).limit_denominator(1000))
         if node.op not in self.named:

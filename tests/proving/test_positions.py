@@ -50,7 +50,8 @@ def looked_at(text, chance):
             assert all(amount <= REFUTED for amount, _ in amounts), told
         elif judged.verdict is ProofVerdict.IN_FILM and held.claim.relation is Relation.EQUAL:
             amounts = positions_off(held, part, tau, chance)
-            assert len(amounts) < 3 or any(amount > REFUTED for amount, _ in amounts), told
+            refuted = found is not None or any(amount > REFUTED for amount, _ in amounts)  # `found` is tried below
+            assert len(amounts) < 3 or refuted, told
         if found is not None:
             when = Fraction(found[0])
             part = next((s for s in motion.segments if s.segment.start <= when < s.segment.end), motion.segments[-1])

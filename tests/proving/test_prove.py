@@ -67,6 +67,34 @@ def test_what_holds_on_one_branch_only_is_told_so(name):
     assert all(any("side" in condition for condition in one.conditions) for one in judged(FILMS[name]))
 
 
+def test_a_claim_of_another_branch_is_false_and_names_the_branch():
+    crossed = ".across(Up.C, pivot, Down.P) > 0;"
+    assert crossed in FILMS["hart"]
+    for one in judged(FILMS["hart"].replace(crossed, crossed.replace(">", "<"))):
+        assert one.verdict is ProofVerdict.FALSE
+        assert one.why.endswith("; it is proved where `Left` is on its other side")
+
+
+FLAT = """
+Crank : .bar A = [100,150] B = A + [60,0];
+Coupler : .bar B = [0,0] C = B + [100,0];
+Rocker : .bar D = [360,150] C = D + [{c},0];
+@0 Crank.A = [100,150]; Crank.angle = {drive}; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [360,150];
+   .claim Rocker.C.x = 260 .within({within}); .claim Rocker.C.y = 150 .within({within});
+@2
+"""
+
+
+def test_a_mechanism_that_is_flat_for_ever_is_proved():
+    assert [one.verdict for one in judged(FLAT.format(c=100, drive=0, within=0))] == [ProofVerdict.PROVED] * 2
+
+
+def test_a_degenerate_pose_is_named():
+    almost = FLAT.format(c="100 + 1e-28", drive=0, within=1)  # two solutions 1e-13 px apart
+    assert [one.verdict for one in judged(almost)] == [ProofVerdict.UNKNOWN] * 2
+    assert all("where two solutions for `Coupler` meet" in one.why for one in judged(almost))
+
+
 def test_an_approximate_straight_line_is_not_proved():
     (one,) = judged(WATT.format(within="0.5"))
     assert one.verdict in (ProofVerdict.IN_FILM, ProofVerdict.UNKNOWN)
@@ -149,10 +177,58 @@ def test_lengths_that_may_pass_zero(claim, verdicts):
         (".sqrt(2)*Dot.O.x = 1.4142135623730951*Dot.O.x", False),
         ("Dot.O.x + .sqrt(2)*.sqrt(8) = Dot.O.x + 4.000000000000001", False),
         ("Dot.O.x*.exp(.ln(2)) = Dot.O.x*2", False),  # nothing here knows it
+        ("(1 + 5e-17)*Dot.O.x = Dot.O.x", False),
+        ("(1 + 5e-17)*Dot.O.x - Dot.O.x = 5e-17*Dot.O.x", True),
+        ("(1 + 5e-17 - 1)*Dot.O.x = 0", False),
+        ("Dot.O.x + (1 + 5e-17 - 1) = Dot.O.x", False),
+        ("Dot.O.x/(1 + 1/10^17) = Dot.O.x", False),
+        ("1 + 5e-17 = 1", False),
+        ("1e-400*Dot.O.x = 0", False),
+        ("1.00000000000000000001*Dot.O.x = Dot.O.x", False),
+        ("0.12345678901234567890123*Dot.O.x = 0.12345678901234568*Dot.O.x", False),
+        ("100000000000000000001*Dot.O.x = 1e20*Dot.O.x", False),
+        ("100000000000000000001*Dot.O.x = (1e20 + 1)*Dot.O.x", True),
+        (".pi*Dot.O.x = 3.141592653589793*Dot.O.x", False),
+        ("2*.pi*Dot.O.x = 6.283185307179586*Dot.O.x", False),
+        (".pi*2*Dot.O.x = (.pi + .pi)*Dot.O.x", True),
+        (".sqrt(2)*Dot.O.x - 1.4142135623730951*Dot.O.x = 0", False),
+        ("Dot.O.x*(.sqrt(2) - 1.4142135623730951) = 0", False),
+        ("Dot.O.x*(.sqrt(2)*.sqrt(3) - .sqrt(6)) = 0", True),
+        ("Dot.O.x*.sqrt(1 + 1e-40) = Dot.O.x", False),
+        ("(.sin(20)^2 + .cos(20)^2)*Dot.O.x = Dot.O.x", True),
+        ("Dot.O.x^(2 + 5e-17) = Dot.O.x^2", False),
+        ("Dot.O.x^(3 - 1) = Dot.O.x*Dot.O.x", True),
+        ("Dot.O.x^(1 + 5e-17) = Dot.O.x", False),
+        ("Dot.O.x^(1 + 5e-17 - 1) = 1", False),
+        ("Dot.O.x*.cos(60.0000000000000000001) = Dot.O.x/2", False),
+        ("Dot.O.x*.cos(360 + 1e-20) = Dot.O.x", False),
+        ("Dot.O.x*.sin(1e-20) = 0", False),
+        ("Dot.O.x*.sin(180) + .cos(90) = 0", True),
+        (".sqrt(2)^2 = 2", True),
+        ("Dot.O.x*.atan2(1, 1) = 45*Dot.O.x", True),
+        ("Dot.O.x*.atan2(1, 1 + 1e-17) = 45*Dot.O.x", False),
+        ("Dot.O.x*.max(1, 1 + 1e-17) = Dot.O.x", False),
+        ("(1/3)*Dot.O.x = 0.3333333333333333*Dot.O.x", False),
+        ("Dot.O.x*(1 + 5e-17) >= Dot.O.x*(1 + 5e-17)", True),
+        ("Dot.O.x >= Dot.O.x*(1 + 5e-17)", False),
     ],
 )
 def test_no_constant_is_known_by_its_digits(claim, same):
     assert (judged(LENGTHS.format(claim=claim))[0].verdict in PROVED) is same
+
+
+@pytest.mark.parametrize(
+    ("anchors", "claim"),
+    [
+        ("B = A + [100,0] C = A + [1 + 5e-17 - 1,0]", "Rod.C = Rod.A"),
+        ("B = A + [100,0] C = A + [100 + 5e-17,0]", "Rod.C = Rod.B"),
+        ("B = A + [100,1 + 5e-17 - 1] C = A + [50,0]", ".across(Rod.C, Rod.A, Rod.B) = 0"),
+        ("B = A + [3.3333333333333335,0] C = A + [10/3,0]", "(Rod.C - Rod.A).l = 3.3333333333333335"),
+    ],
+)
+def test_no_place_is_known_by_its_digits(anchors, claim):
+    text = f"Rod : .bar A = [0,0] {anchors};\n@0 Rod.A = [10,20]; Rod.angle = 30*.t; .claim {claim};\n@2\n"
+    assert [one.verdict for one in judged(text)] == [ProofVerdict.UNKNOWN]
 
 
 def test_a_direction_is_that_of_an_angle_for_one_turn():

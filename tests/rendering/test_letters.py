@@ -8,7 +8,7 @@ from movimentum.rendering import faces
 from movimentum.rendering.layout import laid_out, width_of
 from movimentum.rendering.off_canvas import ASIDE, UP, WIDEST
 from movimentum.rendering.outlines import text_outline
-from movimentum.rendering.painter import make_painter
+from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.rendering.text import text_sprite
 from movimentum.text import PLAIN
 from movimentum.workflow.choices import Choices
@@ -123,3 +123,17 @@ def test_what_no_font_has_is_told_by_name():
     assert "`L`" in warning.message
     plain = text.replace("\u0378", "é")
     assert not [d for d in examined(arranged(scene_of(plain), Choices()), Choices()).diagnostics if "glyph" in d.code]
+
+
+def test_many_labels_share_the_poses_of_a_frame(monkeypatch):
+    """The work of a label does not grow with their number: a frame is selected once, whoever asks."""
+    text = ".config(5, 400, 300);\n.for k = 0..59 { L[k] : .label('{.t:.1f}') at = [6*k, 4*k]; }\n@0\n@1\n"
+    solution = examined(arranged(scene_of(text), Choices()), Choices())
+    poses = solution.motion.poses(0, 3)
+    selected = []
+    select = type(poses).select
+    monkeypatch.setattr(type(poses), "select", lambda self, some: selected.append(some) or select(self, some))
+    painter = make_painter(solution.motion.timeline.scene, (poses,))
+    pictures = list(PaintSession(painter).frames(poses))
+    assert len(pictures) == 3
+    assert len(selected) <= 6

@@ -99,6 +99,22 @@ def test_a_body_moves_as_one_and_has_the_anchors_of_its_shapes():
     assert motion["a"] == pytest.approx(30 * np.linspace(0, 1, 11), abs=1e-9)
 
 
+def test_a_shape_may_be_named_behind_its_body():
+    """As messages and tables name it."""
+    script = """.config(10, 400, 400);
+Rim : .disc(50) C = [200,200];
+Slot[k = 0..3] : .bar A = [200,200] + [60,0].r(90*k) B = [200,200] + [20,0].r(90*k) .width(9);
+Hub : .disc(9) M = [200,200];
+.body Wheel = Rim - Slot[0..3] + Hub;
+D : .disc(3) C = [0,0];
+@0 Wheel.C = [200,200]; Wheel.angle = 30*.t; D.C = Wheel.Slot[0].A + (Wheel.Hub.M - Slot[2].B);
+   d = (Wheel.Slot[1].A - D.C).l;   e = (Slot[1].A - D.C).l;
+@1"""
+    motion = mv.loads(script).solve()
+    assert motion["D.C"] == pytest.approx(motion["Slot[0].A"] + motion["Hub.M"] - motion["Slot[2].B"], abs=1e-9)
+    assert motion["d"] == pytest.approx(motion["e"], abs=1e-12)
+
+
 def test_every_column_of_a_body_can_be_asked_of_a_motion():
     text = "Hub : .disc(20) C = [100,100]; Arm[k = 0..2] : .bar A = [100,100] B = A + [50,0].r(120*k) .width(8); "
     motion = mv.loads(f"{text} .body W = Hub + Arm[0..2]; @0 W.C = [100,100]; W.angle = 90*.t; @1").solve()

@@ -256,14 +256,11 @@ def read(poses: Poses, scene: Scene, wanted: list[Expr]) -> np.ndarray:
 
 FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty", "geneva-play", "escapement", "ratchet"}
 """Drawn by wishes or pushed: integrated, with some 8 digits; a pushed thing has no acceleration."""
-WRONG = pytest.mark.xfail(strict=False, reason="0.29 of 1926 off after the wheel is let go; the cause is not found")
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(7, marks=pytest.mark.slow)])
 @broad("path", [path for path in GALLERY if path.stem not in FREE], every=9, ids=lambda path: path.stem)
-def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch, request):
-    if path.stem == "geneva-slots":
-        request.applymarker(WRONG)
+def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch):
     monkeypatch.chdir(ROOT)
     choices = Choices()
     motion = moved(arranged(understand(read_script(str(path)), choices), choices))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 from contextlib import suppress
-from hashlib import blake2b
 
 import numpy as np
 
@@ -52,6 +51,8 @@ def rank_at(
 
 def _said(rows: FloatArray) -> Hashable:
     """What stands for numbers of which there are many."""
+    from hashlib import blake2b  # closed forms have nothing to say it of
+
     return rows.shape, blake2b(rows.tobytes()).digest()
 
 

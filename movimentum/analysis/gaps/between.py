@@ -2,138 +2,115 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from movimentum.analysis.gaps.bodies import GapBody
+from movimentum.analysis.gaps.tracks import PairPoses, Tracks
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.cores import padded, signed_distances
-from movimentum.outlines.fine import Fine, depth, touching, values
+from movimentum.outlines.fine import Fine, depths, touching, values
 from movimentum.records import dataclass
-from movimentum.solver.motion import PathMotion
-from movimentum.solver.poses import Poses
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class GapPoses:
-    """Where bodies are at T instants ``tau``: ``at`` (N, T, 2), ``turn`` (N, T, 2) cosine and sine, ``angle`` (N, T) in
-    radians, ``seen`` (N, T).
-    """
-
-    tau: FloatArray
-    at: FloatArray
-    turn: FloatArray
-    angle: FloatArray
-    seen: BoolArray
-
-    def pose(self, one: int, other: int, when: IntArray) -> FloatArray:
-        """(4, K): how the second body is placed in the frame of the first at instants number ``when``."""
-        c, s = self.turn[one, when].T
-        dx, dy = (self.at[other, when] - self.at[one, when]).T
-        oc, os_ = self.turn[other, when].T
-        return np.stack([c * dx + s * dy, c * dy - s * dx, c * oc + s * os_, c * os_ - s * oc])
+from movimentum.solver.basis.sorting import distinct
 
 
 class GapPairs:
-    """Pairs of bodies in piece ``place`` of a motion. ``one`` and ``other`` (P,): their numbers; ``below``: what the
-    distance is compared with.
-    """
+    """Pairs of bodies in one piece of a motion. ``one`` and ``other`` (P,): their numbers."""
 
-    def __init__(
-        self, motion: PathMotion, place: int, bodies: Sequence[GapBody], pairs: IntArray, below: float = 0.0
-    ) -> None:
-        self.motion, self.place, self.bodies, self.below = motion, place, bodies, below
+    def __init__(self, tracks: Tracks, pairs: IntArray) -> None:
+        self.tracks, self.bodies = tracks, tracks.bodies
+        self.scale = tracks.motion.size
         self.one, self.other = pairs
-        exact = np.array([body.core.exact for body in bodies])
+        exact = np.array([body.core.exact for body in self.bodies])
         self.exact: BoolArray = exact[self.one] & exact[self.other]
-        self.corners = padded([body.core for body in bodies])
-        self.reach = np.array([body.core.reach for body in bodies])
+        self.corners = padded([body.core for body in self.bodies])
+        self.reach = np.array([body.core.reach for body in self.bodies])
         # what is solid for certain: a disc in a gear, all of what is exact
-        self.certain = np.array([body.core.reach if body.core.exact else body.solid or np.nan for body in bodies])
-        self.far = np.array([np.hypot(*body.core.points.T).max() + body.core.reach for body in bodies])
+        self.certain = np.array([body.core.reach if body.core.exact else body.solid or np.nan for body in self.bodies])
+        self.hole = np.array([np.nan if body.hole is None else body.hole for body in self.bodies])
+        self.far = tracks.far
         # a disc is the same however it is turned
-        self.counts = np.array([len(body.core.points) for body in bodies])
+        self.counts = np.array([len(body.core.points) for body in self.bodies])
         self.swings = np.where((self.counts == 1) & exact, 0.0, self.far)
         self.size = np.minimum(self.far[self.one], self.far[self.other])
-        spacing = np.array([body.spacing for body in bodies])
+        spacing = np.array([body.spacing for body in self.bodies])
         self.spacing = np.minimum(spacing[self.one], spacing[self.other])
 
-    def placed(self, tau: FloatArray) -> GapPoses:
-        """Where bodies are at ascending offsets."""
-        return placed_in(self.bodies, self.motion.poses_in(self.place, tau), tau)
+    def placed(self, pair: IntArray, tau: FloatArray) -> PairPoses:
+        """Where pairs (K,) are at offsets (K,)."""
+        return self.tracks.poses(self.one[pair], self.other[pair], tau)
 
-    def travel(self, pair: IntArray, here: GapPoses, k: IntArray, there: GapPoses, m: IntArray) -> FloatArray:
-        """(K,): by how much the distance of pairs may change from instants k of ``here`` to m of ``there``."""
+    def at_nodes(self, pair: IntArray, when: IntArray) -> PairPoses:
+        """Where pairs (K,) are at nodes of the path, by their numbers."""
+        return self.tracks.at_nodes(self.one[pair], self.other[pair], when)
+
+    def travel(self, pair: IntArray, here: PairPoses, there: PairPoses) -> FloatArray:
+        """(K,): by how much the distance of pairs may change from one pose to the other."""
         found = np.full(len(pair), np.inf)
-        for a, b in ((self.one[pair], self.other[pair]), (self.other[pair], self.one[pair])):
+        for one, other, b in ((0, 1, self.other[pair]), (1, 0, self.one[pair])):
+            a = (self.one, self.other)[one][pair]
             ways: list[FloatArray] = []
-            for placed, n in ((here, k), (there, m)):
-                c, s = placed.turn[a, n].T
-                dx, dy = (placed.at[b, n] - placed.at[a, n]).T
+            for placed in (here, there):
+                c, s = placed.turn[one].T
+                dx, dy = (placed.at[other] - placed.at[one]).T
                 ways.append(np.stack([c * dx + s * dy, c * dy - s * dx]))
-            turned = (there.angle[b, m] - there.angle[a, m]) - (here.angle[b, k] - here.angle[a, k])
+            around = there.angle[other] - here.angle[other]
+            turned = around - (there.angle[one] - here.angle[one])
             # in the frame of one of them, the other's points go no farther
             found = np.minimum(found, LONGER_WAY * np.hypot(*(ways[1] - ways[0])) + self.swings[b] * np.abs(turned))
             still = self.swings[a] == 0.0  # a disc does not turn: only its centre moves
-            apart = (there.at[b, m] - there.at[a, m]) - (here.at[b, k] - here.at[a, k])
-            around = self.swings[b] * np.abs(there.angle[b, m] - here.angle[b, k])
-            found = np.where(still, np.minimum(found, LONGER_WAY * np.hypot(*apart.T) + around), found)
+            apart = (there.at[other] - there.at[one]) - (here.at[other] - here.at[one])
+            straight = LONGER_WAY * np.hypot(*apart.T) + self.swings[b] * np.abs(around)
+            found = np.where(still, np.minimum(found, straight), found)
         return found
 
-    def covers(self, pair: IntArray, placed: GapPoses, when: IntArray) -> FloatArray:
+    def covers(self, pair: IntArray, placed: PairPoses) -> FloatArray:
         """(K,): distances of the covers; of exact ones those of the outlines."""
-        return self._cores(pair, placed, when) - self.reach[self.one[pair]] - self.reach[self.other[pair]]
+        return self._cores(pair, placed) - self.reach[self.one[pair]] - self.reach[self.other[pair]]
 
-    def _cores(self, pair: IntArray, placed: GapPoses, when: IntArray) -> FloatArray:
+    def _cores(self, pair: IntArray, placed: PairPoses) -> FloatArray:
         one, other = self.one[pair], self.other[pair]
         found = np.empty(len(pair))
         kinds = self.counts[one] * (self.corners.shape[1] + 1) + self.counts[other]
-        for kind in np.unique(kinds).tolist():
+        for kind in distinct(kinds).tolist():
             some = np.nonzero(kinds == kind)[0]
             n, m = divmod(kind, self.corners.shape[1] + 1)
-            a, b, k = one[some], other[some], when[some]
-            p, q = (self._world(placed, own, count, k) for own, count in ((a, n), (b, m)))
+            bodies = (one[some], n), (other[some], m)
+            p, q = (self._world(placed, which, some, body, count) for which, (body, count) in enumerate(bodies))
             found[some] = signed_distances(p, q)
         return found
 
-    def _world(self, placed: GapPoses, body: IntArray, count: int, when: IntArray) -> FloatArray:
-        (c, s), (x, y) = placed.turn[body, when].T[:, :, None], placed.at[body, when].T[:, :, None]
+    def _world(self, placed: PairPoses, which: int, some: IntArray, body: IntArray, count: int) -> FloatArray:
+        (c, s), (x, y) = placed.turn[which, some].T[:, :, None], placed.at[which, some].T[:, :, None]
         u, v = self.corners[body, :count, 0], self.corners[body, :count, 1]
         return np.stack([x + c * u - s * v, y + s * u + c * v], axis=-1)
 
-    def holes(self, pair: IntArray, placed: GapPoses, when: IntArray) -> FloatArray:
+    def holes(self, pair: IntArray, placed: PairPoses) -> FloatArray:
         """(K,): how far one is from the edge of a free disc of the other, that it is in; -inf where there is none."""
-        found = np.full(len(pair), -np.inf)
-        hole = np.array([np.nan if body.hole is None else body.hole for body in self.bodies])
-        if np.isnan(hole).all():
-            return found
         one, other = self.one[pair], self.other[pair]
-        apart = np.hypot(*(placed.at[one, when] - placed.at[other, when]).T)
-        for a, b in ((one, other), (other, one)):
-            found = np.fmax(found, hole[a] - apart - self.far[b])
-        return found
+        apart = np.hypot(*(placed.at[0] - placed.at[1]).T)
+        in_one, in_other = self.hole[one] - apart - self.far[other], self.hole[other] - apart - self.far[one]
+        return np.fmax(np.fmax(in_one, in_other), -np.inf)
 
     def pair(self, number: int) -> tuple[GapBody, GapBody]:
         """The bodies of a pair."""
         return self.bodies[int(self.one[number])], self.bodies[int(self.other[number])]
 
-    def at(self, pair: IntArray, placed: GapPoses, when: IntArray) -> FloatArray:
-        """(K,): how much farther apart than ``below`` pairs are; less than 0 where they are nearer."""
-        cores, one, other = self._cores(pair, placed, when), self.one[pair], self.other[pair]
+    def at(self, pair: IntArray, placed: PairPoses) -> FloatArray:
+        """(K,): how far apart pairs are; negative where they overlap."""
+        cores, one, other = self._cores(pair, placed), self.one[pair], self.other[pair]
         found = cores - self.reach[one] - self.reach[other]
         rough = ~self.exact[pair]
         if rough.any():
-            found = np.maximum(found, self.holes(pair, placed, when))
+            found = np.where(rough, np.maximum(found, self.holes(pair, placed)), found)
             certain = cores - self.certain[one] - self.certain[other]
-            inside = rough & (certain < self.below)
+            inside = rough & (certain < 0.0)
             found[inside] = certain[inside]
-            some = np.nonzero(rough & ~inside & (found <= self.below))[0]
-            for number in np.unique(pair[some]).tolist():
-                own = some[pair[some] == number]
-                found[own] = self.fine(number, placed.pose(self.one[number], self.other[number], when[own]))[0]
-        unseen = ~(placed.seen[self.one[pair], when] & placed.seen[self.other[pair], when])
-        return np.where(unseen, UNSEEN * self.size[pair], found - self.below)
+            some = np.nonzero(rough & ~inside & (found <= 0.0) & placed.seen)[0]
+            relative = placed.some(some).relative
+            for number in distinct(pair[some]).tolist():
+                own = pair[some] == number
+                found[some[own]] = self.fine(number, relative[:, own])[0]
+        return np.where(placed.seen, found, UNSEEN * self.size[pair])
 
     def fine(self, number: int, pose: FloatArray) -> tuple[FloatArray, list[tuple[Fine, Fine]], FloatArray]:
         """(K,) distances by many corners for poses (4, K); which outlines decide, and at which places (2, K)."""
@@ -164,21 +141,62 @@ class GapPairs:
                 exact = touching(*pair, pose[:, own], *places[:, own])
                 near = np.abs(exact - rough[own]) <= NEAR_CURVES * self.size[number]
                 found[own] = np.where(near, exact, rough[own])
-        return found - self.below
+        return found
 
-    def depth(self, number: int, pose: FloatArray) -> float:
-        """How far one must move to be free of the other, for one pose (4,); gears that reach beyond their teeth count
-        with the circle about them.
+    def depths(self, pair: IntArray, tau: FloatArray, *, whole: bool = False) -> FloatArray:
+        """(K,): how far one must move to be free of the other, at offsets (K,); 0 or less where they are apart.
+        ``whole``: as of `fine.depths`.
         """
+        placed = self.placed(pair, tau)
+        reach = self.reach[self.one[pair]] + self.reach[self.other[pair]]
+        found = reach - self._cores(pair, placed)
+        rough = np.nonzero(~self.exact[pair])[0]
+        relative = placed.some(rough).relative
+        for number in distinct(pair[rough]).tolist():
+            own = pair[rough] == number
+            found[rough[own]] = self._depths(number, relative[:, own], whole)
+        return np.where(placed.seen, found, -UNSEEN * self.size[pair])
+
+    def _depths(self, number: int, pose: FloatArray, whole: bool) -> FloatArray:
+        """The same of one pair for poses (4, K); gears that reach beyond their teeth count as the circle about them."""
         one, other = self.pair(number)
         groups = _rings(one, other)
         if len(groups) == len(groups[0]) == 1 and (one.teeth > 1 or other.teeth > 1):
-            whole = [own.filled if own.teeth > 1 else own.fine[0] for own in (one, other)]
-            filled = depth(whole[0], whole[1], pose)
+            filled = [own.filled if own.teeth > 1 else own.fine[0] for own in (one, other)]
+            found = depths(filled[0], filled[1], pose)
             height = max(own.core.reach - own.solid for own in (one, other) if own.teeth > 1)
-            if filled > height or (one.teeth > 1 and other.teeth > 1):
-                return filled
-        return max(min(depth(*pair, pose) for pair in group) for group in groups)
+            toothed = (found <= height) & ((one.teeth == 1) | (other.teeth == 1))
+            found[toothed] = depths(*groups[0][0], pose[:, toothed])
+            return found
+        return np.max(
+            [np.min([depths(*pair, pose, whole=whole) for pair in group], axis=0) for group in groups], axis=0
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GapIntervals:
+    """K intervals of ``pair``s: their ends, and the distances there."""
+
+    pair: IntArray
+    begin: FloatArray
+    end: FloatArray
+    first: FloatArray
+    last: FloatArray
+
+    def some(self, which: BoolArray | IntArray) -> GapIntervals:
+        """Those of ``which``."""
+        return GapIntervals(self.pair[which], self.begin[which], self.end[which], self.first[which], self.last[which])
+
+    @staticmethod
+    def joined(parts: list[GapIntervals]) -> GapIntervals:
+        """All of them as one."""
+        if not parts:
+            return GapIntervals(np.zeros(0, dtype=np.int64), *(np.zeros(0) for _ in range(4)))
+        names = ("pair", "begin", "end", "first", "last")
+        return GapIntervals(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def __len__(self) -> int:
+        return len(self.pair)
 
 
 LONGER_WAY = 1.05
@@ -195,15 +213,3 @@ def _rings(one: GapBody, other: GapBody) -> list[list[tuple[Fine, Fine]]]:
     """
     both = ((p, q) for p in one.pieces for q in other.pieces)
     return [[(a, b) for a in p for b in q if not (a.facets.hollow and b.facets.hollow)] for p, q in both]
-
-
-def placed_in(bodies: Sequence[GapBody], poses: Poses, tau: FloatArray) -> GapPoses:
-    """Where bodies are in poses at offsets ``tau``."""
-    numbers = [body.thing.number for body in bodies]
-    return GapPoses(
-        tau,
-        np.stack([body.world(poses) for body in bodies]),
-        np.ascontiguousarray(poses.direction[numbers]),
-        np.radians(poses.angle[numbers]),
-        poses.visible[numbers] & poses.solved,
-    )

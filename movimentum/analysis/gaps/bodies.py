@@ -87,6 +87,11 @@ class GapBody:
         whole = self.core.radius
         return np.pi * whole / self.teeth / 4.0 if self.teeth > 1 else whole / 8.0
 
+    @property
+    def far(self) -> float:
+        """How far from its first anchor it reaches."""
+        return float(np.hypot(*self.core.points.T).max()) + self.core.reach
+
     def world(self, poses: Poses) -> FloatArray:
         """(F, 2) where its first anchor is."""
         return poses.world(self.thing.number, self.thing.anchors[0].local)

@@ -287,13 +287,29 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
             continue
         if node.op == "const":
             origin = node.origin
-            made[node] = sympy.Rational(_decimal(node.value)) if origin is None else to_sympy(origin, leaf, made)
+            if origin is None or origin.op in ("pi", "rational"):
+                made[node] = sympy.Rational(_decimal(node.value))
+            else:
+                made[node] = to_sympy(origin, leaf, made)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
         else:
             payload = () if node.payload is None else (node.payload,)
             made[node] = functions[node.op](*(made[arg] for arg in node.args), *payload)
     return made[root]
+
+
+def is_long(table: Table) -> bool:
+    """Whether a table is too long to be told as pieces."""
+    return len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC
+
+
+def has_long_table(*expressions: Expr) -> bool:
+    """Whether expressions have a place on a curve, or a table that `is_long`, so that there is no formula."""
+    return any(
+        node.op in ("nearest", "nearest-turned") or (isinstance(node.payload, Table) and is_long(node.payload))
+        for node in walk(*expressions)
+    )
 
 
 @cache
@@ -349,7 +365,7 @@ class _Formulas:
 
     def table(self, u: Any, table: Table) -> Any:
         """The pieces of a short table; a function with the name of a longer one."""
-        if len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC:
+        if is_long(table):
             return self.sympy.Function(repr(table))(u)
         exact = self._number
         coefficients, rows = table.pieces.coefficients, [exact(x) for x in table.x]

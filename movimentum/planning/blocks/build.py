@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from movimentum.expressions import ZERO, Expr, add, call, const, div, neg, sub, substitute, symbol, walk
+from movimentum.expressions import ZERO, Expr, Occurring, div, neg, substitute, symbol, walk
 from movimentum.planning.blocks.kinds import (
     Assign,
     Block,
@@ -32,7 +32,7 @@ from movimentum.planning.blocks.reduction import (
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, phases_of, slopes_of
-from movimentum.planning.lowering.equations import Equation, Form, System
+from movimentum.planning.lowering.equations import Equation, Form, System, but_for_turns
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
@@ -71,7 +71,7 @@ class _Making:
         timed = any(node.op == "clock" for node in walk(*(root for root in roots if root.timed)))
         phases = {  # a dict for its order
             phase: None
-            for node in walk(*roots)
+            for node in walk(*(root for root in roots if root.occurring & Occurring.PHASE))
             for phase in phases_of(node)
             if not symbol_numbers(phase) & unknowns.union(self.states)
         }
@@ -179,11 +179,8 @@ def _assigned(making: _Making, residual: Expr) -> Assign | None:
     return _assign_block(making, (), [(unknown, div(neg(rest), slope))])
 
 
-_PARTIAL = {"div", "pow", "sqrt", "tand", "asind", "acosd", "exp", "ln", "mod", "table"}
-
-
 def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]]) -> Assign:
-    partial = any(node.op in _PARTIAL for node in walk(*(expr for _, expr in explicit)))
+    partial = any(expr.occurring & Occurring.PARTIAL for _, expr in explicit)
     return Assign(**making.common(core, explicit, []), formulas=tuple(explicit), partial=partial)
 
 
@@ -226,15 +223,12 @@ def _stated_rows(system: System, group: Group) -> _Rows:
 
 
 def _row(equation: Equation, inside: set[int]) -> Expr:
-    """The residual of an equation among others that find the unknowns ``inside``. A continuous angle is a direction but
-    for whole turns: where the direction passes 180 degrees, nothing jumps. What was multiplied by a length that is
-    found here is taken as it was stated: else two points that become one would seem to solve it.
+    """The residual of an equation among others that find the unknowns ``inside``. What was multiplied by a length that
+    is found here is taken as it was stated: else two points that become one would seem to solve it.
     """
-    row, turning = equation.residual, equation.form is Form.WINDING
     if equation.original is not None and equation.length is not None and symbol_numbers(equation.length) & inside:
-        row, turning = equation.original, equation.length.op != "sqrt"
-    half = const(180.0)
-    return sub(call("mod", add(row, half), const(360.0)), half) if turning else row
+        return equation.original if equation.length.op == "sqrt" else but_for_turns(equation.original)
+    return equation.among_others
 
 
 def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from movimentum.outlines.skin import Skin
+from typing import TYPE_CHECKING
+
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.records import dataclass
 from movimentum.scene.model import GapSide, Thing, Toward
+
+if TYPE_CHECKING:
+    from movimentum.outlines.skin import Skin
 
 
 @dataclass(frozen=True, slots=True, eq=False)

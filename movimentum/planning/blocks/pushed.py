@@ -65,8 +65,6 @@ def with_pushed(groups: Sequence[Group], system: System) -> tuple[Sequence[Group
     """``groups`` in which what inequalities push, and what wishes below others draw, is together, and whether there is
     any. Their order is left to the caller.
     """
-    if not system.pushes and not system.pulls:
-        return groups, False
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [
         {of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} - {i}

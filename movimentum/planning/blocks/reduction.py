@@ -10,7 +10,22 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, sub, substitute, symbol, walk
+from movimentum.expressions import (
+    ONE,
+    ZERO,
+    Expr,
+    Occurring,
+    add,
+    call,
+    const,
+    div,
+    mul,
+    neg,
+    sub,
+    substitute,
+    symbol,
+    walk,
+)
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.polynomial import Polynomial
@@ -85,7 +100,7 @@ def size_of_terms(expr: Expr) -> Expr:
 def divided_by(roots: Sequence[Expr], inside: set[int]) -> list[Expr]:
     """What ``roots`` divide by, where that varies and the unknowns ``inside`` have no part in it."""
     found: dict[Expr, None] = {}  # a dict for its order
-    for node in walk(*roots):
+    for node in walk(*(root for root in roots if root.occurring & Occurring.DIVISION)):
         match node.op:
             case "div":
                 divisor = node.args[1]

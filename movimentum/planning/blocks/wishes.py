@@ -7,7 +7,6 @@ from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
 from movimentum.planning.blocks.kinds import Block, Free, Newton, Ode, WishRows
-from movimentum.planning.blocks.pushed import read_by, with_pushed
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of, with_respect_to
 from movimentum.planning.lowering.equations import Form, System, Wish
@@ -78,11 +77,17 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
     Parts that are drawn by one wish together, or each toward the other, become one group. Raises `RateError` where a
     free motion depends on its own velocity.
     """
-    groups, joined = with_pushed(groups, system)
+    joined = False
+    if system.pushes or system.pulls:
+        from movimentum.planning.blocks.pushed import with_pushed  # few scripts need that module
+
+        groups, joined = with_pushed(groups, system)
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
     for i, group in enumerate(groups):
         if group.pushed:
+            from movimentum.planning.blocks.pushed import read_by
+
             depends[i] |= {of[n] for n in read_by(group, system) if n in of} - {i}
     for i, group in enumerate(groups):  # what moves freely moves least, so it has to know how its things turn
         for n in group.unknowns if group.free else ():

@@ -7,6 +7,7 @@ where that is equivalent.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from functools import cached_property
 
 from movimentum.expressions import (
     ONE,
@@ -23,10 +24,11 @@ from movimentum.expressions import (
     substitute,
     symbol,
     symbols,
+    walk,
 )
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
-from movimentum.planning.lowering.calculus import differentiate
+from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
@@ -204,6 +206,8 @@ class SystemBuilder:
             return None
         if touch.which == LONGER:
             return ONE
+        if _reads(self.constraint) and node not in self.touching:
+            return None
         payload = ContactPlace(touch, node.args)
         if payload in self.number_of:
             return symbol(self.number_of[payload])
@@ -214,6 +218,13 @@ class SystemBuilder:
             row = self._gathered(row)
             self.add_equation(row, self._form(row), self.constraint.number)
         return places[touch.which]
+
+    @cached_property
+    def touching(self) -> frozenset[Expr]:
+        """The places of contact that equations of the segment hold."""
+        held = [each for each in self.segment.active if each.touches and not _reads(each)]
+        roots = (side for each in held for side in (*each.left, *each.right))
+        return frozenset(node for node in walk(*roots) if node.op in FOUND_ANEW)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -382,3 +393,8 @@ class SystemBuilder:
 def can_be_seen_turning(thing: Thing) -> bool:
     """Whether a turn would move an anchor; a thing with one anchor that no constraint turns stays as it is."""
     return any(anchor.local != thing.anchors[0].local for anchor in thing.anchors)
+
+
+def _reads(constraint: Constraint) -> bool:
+    """Whether it says what a variable is."""
+    return isinstance(constraint.left[0].payload, VariableComponent)

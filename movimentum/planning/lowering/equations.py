@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Sequence
 from enum import StrEnum
 
-from movimentum.expressions import ZERO, Expr
+from movimentum.expressions import ZERO, Expr, add, call, const, sub
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import DRAWN, BodyFrame
 from movimentum.planning.lowering.calculus import affine
@@ -27,6 +27,12 @@ from movimentum.planning.lowering.unknowns import (
 from movimentum.records import dataclass
 from movimentum.scene.model import GapSide, Scene, ThingAngle, Toward
 from movimentum.timeline.model import Segment
+
+
+def but_for_turns(angle: Expr) -> Expr:
+    """An angle brought near 0 by whole turns."""
+    half = const(180.0)
+    return sub(call("mod", add(angle, half), const(360.0)), half)
 
 
 class Form(StrEnum):
@@ -62,6 +68,13 @@ class Equation:
     integrand: Expr | None = None
     original: Expr | None = None
     length: Expr | None = None
+
+    @property
+    def among_others(self) -> Expr:
+        """The residual where it is solved together with others: a continuous angle is a direction but for whole turns;
+        where the direction passes 180 degrees, nothing jumps.
+        """
+        return but_for_turns(self.residual) if self.form is Form.WINDING else self.residual
 
     def solved_for(self, unknown: int) -> tuple[Expr, Expr] | None:
         """(slope, rest): slope * ``unknown`` + rest = 0, as the script states it; None where it is not of that form."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from movimentum.expressions import (
+    DEGREE,
     ONE,
-    RADIANS,
     ZERO,
     Expr,
     add,
@@ -108,7 +108,7 @@ def _atom_term(atom: Expr, n: int) -> Expr | None:
     if rate is None or rate.value == 0.0:
         return None
     if atom.op != "exp":
-        rate = mul(rate, const(RADIANS))
+        rate = mul(rate, DEGREE)
     inside = atom.args[0]
     if atom.op == "exp":
         whole: Expr = div(atom, rate)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, rebuild, sub, symbol, symbols, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, symbol, symbols, walk
 from movimentum.planning.lowering.unknowns import unknown_number
 
 Monomial = tuple[int, ...]
@@ -23,8 +23,8 @@ def _accumulate(into: Polynomial, monomial: Monomial, coefficient: Expr) -> None
     old = into.get(monomial)
     if old is None:
         total = coefficient
-    elif old == neg(coefficient) or coefficient == neg(old):
-        total = ZERO
+    elif old.value is not None and coefficient.value is not None and old.value == -coefficient.value:
+        total = ZERO  # infinite ones, too
     else:
         total = add(old, coefficient)
     if total.value == 0.0:
@@ -177,24 +177,24 @@ def along_line(left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
 
 def cancelled(residual: Expr) -> Expr:
     """A sum without the terms that cancel: ``A.x - (A.x + l cos(a))`` does not depend on where A is."""
-    terms: dict[Expr, float] = {}
-    stack = [(residual, 1.0)]
+    terms: dict[Expr, Expr] = {}
+    stack = [(residual, ONE)]
     while stack:
         node, factor = stack.pop()
         if node.op == "add":
             stack += [(arg, factor) for arg in reversed(node.args)]
         elif node.op == "neg":
-            stack.append((node.args[0], -factor))
+            stack.append((node.args[0], neg(factor)))
         elif node.op == "mul" and node.args[0].value is not None:
-            stack.append((node.args[1], factor * node.args[0].value))
+            stack.append((node.args[1], mul(factor, node.args[0])))
         else:
-            terms[node] = terms.get(node, 0.0) + factor
-    if all(factor != 0.0 or not symbols(term) for term, factor in terms.items()):
+            terms[node] = add(terms.get(node, ZERO), factor)
+    if all(factor.value != 0.0 or not symbols(term) for term, factor in terms.items()):
         return residual
     total = ZERO
     for term, factor in terms.items():
-        if factor != 0.0:
-            total = add(total, term if factor == 1.0 else mul(const(factor), term))
+        if factor.value != 0.0:
+            total = add(total, mul(factor, term))
     return total
 
 

@@ -207,7 +207,8 @@ class Rewriter:
             name = self.in_body(operand.name, node.name)
             return Member(Name(shape.body, span=operand.span), name, span=span, name_span=name_span)
         if not isinstance(operand, CopyEntry):
-            return Member(operand, node.name, span=span, name_span=name_span)
+            shape = self._shape_of(operand, scope.owner.entries.get(node.name))
+            return shape or Member(operand, node.name, span=span, name_span=name_span)
         inner = operand.scope
         entry = inner.entries.get(node.name)
         if entry is not None:
@@ -219,6 +220,19 @@ class Rewriter:
             return None
         self.asked.append((inner, node.name, name_span, operand.name))
         return Name(inner.prefix + node.name, span=span)
+
+    def _shape_of(self, body: Expression, entry: Entry | None) -> Made | None:
+        """A shape, or an array of shapes, that is named behind its body: `Wheel.Slot[0].A` is `Slot[0].A`."""
+        some = [entry]
+        while isinstance(some[0], ArrayEntry) and some[0].entries:
+            some = list(some[0].entries.values())
+        first = some[0]
+        if not isinstance(body, Name) or not isinstance(first, ThingEntry):
+            return None
+        shape = self.shapes.get(first.name)
+        if shape is None or shape.body != body.name:
+            return None
+        return Name(entry.name, span=body.span) if isinstance(entry, ThingEntry) else entry
 
     def _element(self, node: Index, below: list[Made], scope: Scope, span: Span) -> Made | None:
         operand, index, *last = below

@@ -271,7 +271,7 @@ class RefinedMotion:
         rows = self._rows.get((id(plan), block.number))
         if rows is None:
             equations = [plan.system.equations[e] for e in block.equations]
-            residuals = [e.residual for e in equations if e.form is Form.PLAIN]
+            residuals = [e.among_others for e in equations if e.form in (Form.PLAIN, Form.WINDING)]
             rows = self._rows[id(plan), block.number] = make_rows(plan, residuals, unknowns)
         if not rows.residuals:
             for j, n in zip(chosen, unknowns, strict=True):

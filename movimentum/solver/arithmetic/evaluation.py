@@ -88,10 +88,12 @@ class Evaluator:
                 stack.pop()
                 continue
             value = top.value
-            if value is not None and (top.origin is None or top.origin.op == "symbol"):  # one that a proof leaves open
+            operation = top if top.origin is None or value is None else top.origin
+            if operation.op == "rational" and isinstance(operation.payload, Fraction):  # with more digits than a float
+                result = self.rational(operation.payload)
+            elif value is not None and not operation.args:  # also one that a proof leaves open
                 result = self._literal(value)
             else:
-                operation = top.origin or top
                 missing = [arg for arg in operation.args if id(arg) not in self._constants]
                 if missing:
                     stack.extend(missing)

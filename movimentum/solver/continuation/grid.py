@@ -46,7 +46,12 @@ def between(tau: FloatArray, change: FloatArray, limit: float, split: BoolArray)
 
 
 class Grid:
-    """Nodes, and the state at them of all blocks followed so far; ``circles``: those of dyads, by block number."""
+    """Nodes, and the state at them of what the block depends on that is followed; ``circles``: those of dyads, by block
+    number.
+
+    Of other blocks the state lacks the nodes that were inserted since they were followed: a thousand parts that have
+    nothing to do with each other would otherwise all be solved again at the nodes of each.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -54,21 +59,56 @@ class Grid:
         self.state: State = [None] * len(path.plan.system.unknowns)
         self.instants: Instants = path.instants(self.tau)
         self.circles: dict[int, Circles] = {}
+        self._inserted: list[FloatArray] = []
+        self._known: list[int] = []  # for each block that has a state, at the nodes of how many insertions
+        self._block: Block | None = None
+
+    def begin(self, block: Block) -> None:
+        """The state is what ``block`` needs, which is followed next."""
+        self._block = block
+        owner, now = self.path.plan.owner, len(self._inserted)
+        if any(self._known[owner[n]] < now for n in block.inputs if n in owner):
+            self._complete()
+
+    def has_state(self, block: Block) -> None:
+        """The state of ``block`` has been set at all nodes."""
+        del self._known[block.number :]
+        self._known.append(len(self._inserted))
 
     def insert(self, more: FloatArray) -> None:
-        """Add the times ``more`` to the nodes, with the state at them."""
+        """Add the times ``more`` to the nodes, with the state at them of what is followed."""
         more = without(more, self.tau)
         if len(more) == 0:
             return
-        state, _ = self.path.evaluate(self.path.instants(more))
-        merged = np.concatenate([self.tau, more])
-        order = np.argsort(merged, kind="stable")
-        for n, old in enumerate(self.state):
-            if old is not None and state[n] is not None and (np.ndim(old) > 0 or np.ndim(state[n]) > 0):
-                joined = np.concatenate([np.broadcast_to(old, len(self.tau)), np.broadcast_to(state[n], len(more))])
-                self.state[n] = joined[order]
-        self.tau = merged[order]
+        self._inserted.append(more)
+        self.tau = np.sort(np.concatenate([self.tau, more]))
         self.instants = self.path.instants(self.tau)
+        self._complete()
+
+    def _complete(self) -> None:
+        """Solve what the block depends on, and the block where it has a track, at the nodes that they lack."""
+        path, block = self.path, self._block
+        assert block is not None
+        needed = list(path.finders(block.inputs)) if block.inputs else []
+        needed += [block.number] if block.number < len(path.tracks) else []
+        lacking: dict[int, list[Block]] = {}
+        for number in needed:
+            if self._known[number] < len(self._inserted):
+                lacking.setdefault(self._known[number], []).append(path.plan.blocks[number])
+                self._known[number] = len(self._inserted)
+        for known, blocks in lacking.items():
+            more = np.sort(np.concatenate(self._inserted[known:]))
+            unknowns = [n for each in blocks for n in each.unknowns]
+            alone = not any(each.inputs for each in blocks)
+            only = [each.number for each in blocks] if alone else path.finders(unknowns)
+            state, _ = path.evaluate(path.instants(more), only)
+            old = np.ones(len(self.tau), dtype=np.bool_)
+            old[np.searchsorted(self.tau, more)] = False
+            for n in unknowns:
+                if np.ndim(self.state[n]) > 0 or np.ndim(state[n]) > 0:
+                    joined = np.empty(len(self.tau))
+                    joined[old], joined[~old] = self.state[n], state[n]
+                    self.state[n] = joined
 
     def refine(self, change: FloatArray, limit: float) -> bool:
         """Split every interval over which something changes by more than ``limit``; True if any was split."""

@@ -270,6 +270,10 @@ class Path(Protocol):
         """The numbers of the blocks that block ``number`` depends on, in order."""
         ...
 
+    def finders(self, unknowns: Iterable[int]) -> tuple[int, ...]:
+        """The numbers of the blocks that ``unknowns`` depend on, in order: those that find them, and all before."""
+        ...
+
     def before(self, number: int, instants: Instants) -> State:
         """The state of all that block ``number`` depends on."""
         ...

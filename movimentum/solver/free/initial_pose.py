@@ -33,8 +33,10 @@ leaps to another side of an inequality.
 """
 TO_BEGIN = Damping(weak=WEAK_WISH_AT_FIRST)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
-LEAPS, SHORTER = 30, 0.9
-"""So many steps may be as long as they like; each that follows is at most so long a part of the one before."""
+LEAPS, SHORTER, LONGER = 30, 0.7, 1.1
+"""So many steps may be as long as they like. After that, one that goes back on the one before is at most so long a part
+of it, and any other so many times as long.
+"""
 FLAT = 0.05
 """Of the metric: what curvature leaves of it at the least."""
 
@@ -115,6 +117,14 @@ def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) 
     return found
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LeastPose:
+    """Core values ``x`` (n,); ``settled``: the last step was none, so nothing next to them is nearer."""
+
+    x: FloatArray
+    settled: bool
+
+
 def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> FloatArray:
     """Sum of squared turns, with a trace of the anchor metric so that it is definite."""
     result = WEIGHT_OF_MOTION_BESIDE_TURNS * metric / float(np.max(np.diag(metric)))
@@ -135,8 +145,8 @@ def least(
     pull: FloatArray,
     wished: NDArray[np.intp],
     longest: float,
-) -> FloatArray | None:
-    """The core values (n,) under the block's equations, from ``start``, where ``turns`` are least, or where there are
+) -> LeastPose | None:
+    """The core values under the block's equations, from ``start``, where ``turns`` are least, or where there are
     none, the distance from ``origin`` in the block's metric; None where there is no getting there.
 
     The directions in ``held`` are fixed; ``pull`` is the gradient that the known part of the same poses adds. The
@@ -157,16 +167,14 @@ def _dense_least(
     pull: FloatArray,
     wished: NDArray[np.intp],
     most: float,
-) -> FloatArray | None:
+) -> LeastPose | None:
     """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
-    block, scale = problem.block, problem.scale
+    block, scale, x = problem.block, problem.scale, start.copy()
     assert isinstance(block, Free)
     metric = block.metric.dense
-    x = start.copy()
-    longest, nearest = most, np.inf
+    longest, nearest, last = most, np.inf, np.zeros(len(start))
     for k in range(120 if not len(wished) else 240):
-        residual = problem.residual(x[None])
-        jacobian = problem.jacobian(x[None])
+        residual, jacobian = problem.residual(x[None]), problem.jacobian(x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
             return None
         off, extra = _held_turns(held, x)
@@ -187,8 +195,6 @@ def _dense_least(
                 along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), INDIFFERENT_TO_WISHES
             )
             free = free @ indifferent
-        elif k >= LEAPS:  # steps that lead to and fro: shorter ones settle
-            longest *= SHORTER
         if turns:
             weight, gradient = _turn_metric(x, turns, metric), _turn_gradient(x, turns)
         else:
@@ -204,10 +210,14 @@ def _dense_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
+        if not len(wished) and k >= LEAPS:  # steps that lead to and fro: shorter ones settle
+            back = np.dot(step / scale, last / scale) < 0.0
+            longest = min(most, longest * (SHORTER if back else LONGER))
+        last = step
         x = x + step * min(1.0, longest / max(size, LEAST_DIVISOR))
         if size < LEAST_POSE_DENSE:
-            break
-    return x
+            return LeastPose(x, settled=True)
+    return LeastPose(x, settled=False)
 
 
 def _with_curvature(
@@ -268,7 +278,7 @@ def _sparse_least(
     pull: FloatArray,
     wished: NDArray[np.intp],
     longest: float,
-) -> FloatArray | None:
+) -> LeastPose | None:
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
     from movimentum.solver.block.sparse import QuadraticProgram
 
@@ -298,5 +308,5 @@ def _sparse_least(
             return None
         x = x + step * min(1.0, longest / max(size, LEAST_DIVISOR))
         if size < LEAST_POSE_SPARSE:
-            break
-    return x
+            return LeastPose(x, settled=True)
+    return LeastPose(x, settled=False)

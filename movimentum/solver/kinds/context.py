@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, BlockBase
@@ -14,8 +14,10 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
 from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.solutions.homotopy import AllSolutions
-from movimentum.solver.solutions.newton_starts import Starts
+
+if TYPE_CHECKING:
+    from movimentum.solver.solutions.homotopy import AllSolutions
+    from movimentum.solver.solutions.newton_starts import Starts
 
 
 class Beginning(Protocol):

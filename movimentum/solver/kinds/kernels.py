@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,27 +31,62 @@ from movimentum.solver.continuation.tracks import Choice, Gap, Path, StillTrack,
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.assign import AssignKernel
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
-from movimentum.solver.kinds.integral import IntegralKernel
 from movimentum.solver.kinds.linear import LinearKernel
-from movimentum.solver.kinds.newton import NewtonKernel
-from movimentum.solver.kinds.ode import OdeKernel
-from movimentum.solver.kinds.pushing import PushingKernel
 from movimentum.solver.kinds.quadratic import QuadraticKernel
-from movimentum.solver.kinds.velocity import VelocityKernel
 from movimentum.solver.kinds.winding import WindingKernel
 
-KERNELS: Mapping[type[Block], Kernel[Any]] = {
-    Assign: AssignKernel(),
-    Linear: LinearKernel(),
-    Quadratic: QuadraticKernel(),
-    Newton: NewtonKernel(),
-    Free: NewtonKernel(),
-    Pushing: PushingKernel(),
-    Winding: WindingKernel(),
-    Integral: IntegralKernel(),
-    Ode: OdeKernel(),
-    Velocity: VelocityKernel(),
+
+def _newton() -> Kernel[Any]:
+    from movimentum.solver.kinds.newton import NewtonKernel
+
+    return NewtonKernel()
+
+
+def _pushing() -> Kernel[Any]:
+    from movimentum.solver.kinds.pushing import PushingKernel
+
+    return PushingKernel()
+
+
+def _integral() -> Kernel[Any]:
+    from movimentum.solver.kinds.integral import IntegralKernel
+
+    return IntegralKernel()
+
+
+def _ode() -> Kernel[Any]:
+    from movimentum.solver.kinds.ode import OdeKernel
+
+    return OdeKernel()
+
+
+def _velocity() -> Kernel[Any]:
+    from movimentum.solver.kinds.velocity import VelocityKernel
+
+    return VelocityKernel()
+
+
+_MAKERS: Mapping[type[Block], Callable[[], Kernel[Any]]] = {
+    Assign: AssignKernel,
+    Linear: LinearKernel,
+    Quadratic: QuadraticKernel,
+    Newton: _newton,
+    Free: _newton,
+    Pushing: _pushing,
+    Winding: WindingKernel,
+    Integral: _integral,
+    Ode: _ode,
+    Velocity: _velocity,
 }
+"""What few scripts have is imported with the first block of its kind: it is half of the solver."""
+
+
+class _Kernels(dict[type[Block], Kernel[Any]]):
+    def __missing__(self, kind: type[Block]) -> Kernel[Any]:
+        return self.setdefault(kind, _MAKERS[kind]())
+
+
+KERNELS = _Kernels()
 
 
 def begin(start: Beginning, block: Block) -> Found:

@@ -33,6 +33,7 @@ def follow(
     grid = Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
         look()
+        grid.begin(block)
         places = vanishing(piece, grid, block)
         track = kernels.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
@@ -65,7 +66,9 @@ def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Cho
 def _set_state(piece: Piece, grid: Grid, block: Block) -> BoolArray | None:
     """Evaluate a block at the grid's nodes; the mask of those without a solution, or None."""
     with np.errstate(all="ignore"):
-        return kernels.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
+        failed = kernels.evaluate(piece, block, piece.tracks[block.number], grid.state, grid.instants)
+    grid.has_state(block)
+    return failed
 
 
 def _turning(grid: Grid, block: Block, until: float, failed: BoolArray | None) -> FloatArray:

@@ -22,7 +22,7 @@ from movimentum.solver.block.newton import freedom_of, newton
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import relative_error
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.free.initial_pose import STEPS, Turn, least, turns_of
+from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.tolerances import (
@@ -230,7 +230,6 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     origin, metric = carried_values(plan, block, carry), block.metric
     pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
-    unknowns = plan.system.unknowns
     fresh = turns_of(plan, one, _new_things(plan, block, known), carry)
 
     if not fresh and _stays(plan, one, carry, origin, pull):
@@ -238,37 +237,42 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
 
     # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
     # as is what has a speed to follow it at
-    here = not any(unknowns[n].thing in known for n in block.core)
+    here = not any(plan.system.unknowns[n].thing in known for n in block.core)
     wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
 
-    def least_from(begin: FloatArray, longest: float = STEPS[0]) -> FloatArray | None:
+    def least_from(begin: FloatArray, longest: float = STEPS[0]) -> LeastPose | None:
         held: list[tuple[Turn, float]] = []
-        x: FloatArray | None = begin
+        x = begin
         if fresh:
-            x = least(one, begin, fresh, [], origin, pull, wished, longest)
-            if x is None:
+            turned = least(one, begin, fresh, [], origin, pull, wished, longest)
+            if turned is None:
                 return None
+            x = turned.x
             held = [(turn, turn.heading(x)) for turn in fresh]
-        y = least(one, x, [], held, origin, pull, wished, longest)
-        x, good = projected(one, x if y is None else y)
-        return x if good else None
+        there = least(one, x, [], held, origin, pull, wished, longest) or LeastPose(x, settled=False)
+        x, good = projected(one, there.x)
+        return LeastPose(x, there.settled) if good else None
 
     def unmet(x: FloatArray) -> float:
         return round(float(np.sum((one.wishes(x[None])[0][0, wished] / plan.size) ** 2)), 9)
 
-    def cost(x: FloatArray) -> tuple[bool, float, float, float]:
+    def cost(x: FloatArray, settled: bool = True) -> tuple[bool, float, bool, float, float]:
         turn = float(sum(turn.angle(x) ** 2 for turn in fresh))
-        return not sides(x), unmet(x), round(turn, 9), metric.square(x - origin)
+        return not sides(x), unmet(x), not settled, round(turn, 9), metric.square(x - origin)
 
-    nearest = _on_its_side(least_from, origin, sides)
-    if nearest is not None and freedom_of(one, nearest) > 0:
-        if sides(nearest) and (not len(wished) or unmet(nearest) == 0.0):
-            return Starts([nearest], True)
+    def best(found: list[LeastPose]) -> list[FloatArray]:
+        return [pose.x for pose in sorted(found, key=lambda pose: cost(pose.x, pose.settled))[:1]]
+
+    direct = _on_its_side(least_from, origin, sides)
+    nearest = None if direct is None else direct.x
+    if direct is not None and freedom_of(one, direct.x) > 0:
+        if sides(direct.x) and (not len(wished) or unmet(direct.x) == 0.0):
+            return Starts([direct.x], True)
         # it is on the wrong side, or the wish is not met from there: perhaps that is better from elsewhere (a stretched
         # chain cannot tell how to fold)
         begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:BEGINS]
-        found = [nearest, *(x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None)]
-        return Starts([min(found, key=cost)], True)
+        others = (_on_its_side(least_from, begin, sides) for begin in begins)
+        return Starts(best([direct, *(pose for pose in others if pose is not None)]), True)
     starts = newton_starts(plan, problem, carry)
     if nearest is not None and not _error(one, nearest) <= EQUATION_NEARLY_MET_BY_A_START:
         nearest = None  # as near as rods come that do not reach
@@ -276,8 +280,8 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME_ROOT]
         return Starts([nearest, *others], starts.complete)
     begins = sorted(starts.solutions, key=cost)[:BEGINS]
-    found = [x for begin in begins if (x := _on_its_side(least_from, begin, sides)) is not None]
-    return Starts([min(found, key=cost)] if found else [], True)
+    found = [pose for begin in begins if (pose := _on_its_side(least_from, begin, sides)) is not None]
+    return Starts(best(found), True)
 
 
 def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry) -> Hashable:
@@ -302,14 +306,14 @@ def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry) -> Hashable
 
 
 def _on_its_side(
-    least_from: Callable[[FloatArray, float], FloatArray | None], origin: FloatArray, sides: Sides
-) -> FloatArray | None:
+    least_from: Callable[[FloatArray, float], LeastPose | None], origin: FloatArray, sides: Sides
+) -> LeastPose | None:
     """Where ``least_from`` leads from ``origin``, by shorter steps where long ones leap to another side."""
     nearest = least_from(origin, STEPS[0])
-    if nearest is None or not sides(origin) or sides(nearest):
+    if nearest is None or not sides(origin) or sides(nearest.x):
         return nearest
     shorter = (least_from(origin, longest) for longest in STEPS[1:])
-    return next((x for x in shorter if x is not None and sides(x)), nearest)
+    return next((pose for pose in shorter if pose is not None and sides(pose.x)), nearest)
 
 
 def _sides(plan: Plan, one: BlockProblem) -> Sides:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
@@ -12,9 +13,11 @@ from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.start.contradictions import Contradiction
 from movimentum.solver.start.rejections import Rejection, TurnedDown
 from movimentum.tolerances import CANDIDATES_APART, SAME_VALUE, TURNS_ALIKE
+
+if TYPE_CHECKING:
+    from movimentum.solver.start.contradictions import Contradiction
 
 
 @dataclass(frozen=True, slots=True, eq=False)

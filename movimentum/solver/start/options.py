@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,12 +27,13 @@ from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.kinds import kernels
-from movimentum.solver.kinds.newton import choice_of
-from movimentum.solver.solutions.homotopy import AllSolutions
-from movimentum.solver.solutions.newton_starts import Starts, all_of, begun_start, free_start
 from movimentum.solver.start.costs import Measures, pair
 from movimentum.solver.start.rejections import Rejection
 from movimentum.tolerances import SAME_AS_FIRST_POSE
+
+if TYPE_CHECKING:  # few scripts need more than what is in closed form: the functions import them
+    from movimentum.solver.solutions.homotopy import AllSolutions
+    from movimentum.solver.solutions.newton_starts import Starts
 
 NO_COST = (0.0, 0.0, 0.0, 0.0)
 NEARER = 100.0
@@ -152,6 +154,8 @@ class BlockOptions:
 
     def free_start(self, block: Block, scale: FloatArray) -> Starts:
         """The pose that a free block begins with; asked again for the same inputs, it is not looked for again."""
+        from movimentum.solver.solutions.newton_starts import free_start
+
         state, k = self.state, self.instants.clocks
         inputs = tuple(float(v) for n in sorted(block.inputs) if state[n] is not None for v in np.ravel(state[n]))
         found = self._free.get(block.number)
@@ -166,6 +170,8 @@ class BlockOptions:
 
     def all_of(self, block: Block, scale: FloatArray) -> AllSolutions:
         """What finds all solutions of a block, kept: asked again it is quicker."""
+        from movimentum.solver.solutions.newton_starts import all_of
+
         found = self._every.get(block.number)
         if found is None:
             rows = simultaneous(block)
@@ -215,6 +221,9 @@ class BlockOptions:
         if any(system.unknowns[n].thing in self.carry.now.known for n in block.unknowns):
             return None
         if isinstance(block, Newton) and not block.free:
+            from movimentum.solver.kinds.newton import choice_of
+            from movimentum.solver.solutions.newton_starts import begun_start
+
             state, k = self.state, self.instants.clocks
             start = begun_start(self.plan, BlockProblem.of(block, state, k, track_scale(self.plan, block)), self.carry)
             if start is None:

@@ -115,9 +115,11 @@ class PartFit:
         self.natural = self._natural()
 
     def _natural(self) -> FloatArray:
-        """How much each row changes (m,) where every body goes its own way, for ways of the scene's size."""
-        generator = np.random.default_rng(3)
-        still, ways = np.zeros((1, 3)), (generator.uniform(-1.0, 1.0, (len(self.bodies), 3)) for _ in range(2))
+        """How much each row changes (m,) where every body goes its own way, for ways of the scene's size: sines of
+        squares, for `numpy.random` takes longer to import than a four-bar to solve.
+        """
+        still = np.zeros((1, 3))
+        ways = np.sin(np.square(np.arange(1.0, 6.0 * len(self.bodies) + 1.0))).reshape(2, -1, 3)
         here = self._values(still)[0]
         changes = [
             np.abs(self._values(still, way * self.weights * PLACEMENT_DIFFERENCE)[0] - here) / PLACEMENT_DIFFERENCE

@@ -21,7 +21,6 @@ from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
 from movimentum.solver.continuation.folds import fold_near
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.kernels import evaluate
-from movimentum.solver.kinds.newton import probe_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.leading import led
 from movimentum.tolerances import (
@@ -283,6 +282,8 @@ class Branch:
 
     def _at_fold(self, tau: float) -> float:
         """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
+        from movimentum.solver.kinds.newton import probe_of
+
         piece = self.piece
         found: float | None = None
         for number, core in self._cores.items():

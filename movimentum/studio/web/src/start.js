@@ -33,7 +33,7 @@ export class Start {
       return make("button", {type: "button", class: "card", "data-testid": `${source}-${k}`, title: name, onclick: () => this.open(source, k)},
         picture, make("span", {text: short}));
     });
-    return [make("h3", {text: title}), make("div", {class: "cards"}, ...cards)];
+    return [make("h3", {text: title}), make("div", {class: "cards pictures"}, ...cards)];
   }
 
   open(source, number) {

@@ -1,0 +1,92 @@
+"""Constants that are one float: whether they are one number, too.
+
+Expressions are compared and kept by their floats, so that of two constants with the same 16 digits one stands for both.
+A proof needs more: each is proved to be the other, or the claim is not proved.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain as joined
+
+from movimentum.expressions import ZERO, Expr, const, same
+from movimentum.proving.chain import Chain, Numbers
+from movimentum.proving.rings import TooMuch
+from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.zero import Zero
+
+
+def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
+    """`NotAlgebraic` where two constants of one float, of a claim's ``expressions`` or of the mechanism's equations, or
+    of a statement of the script and one of these, are not proved to be the same number. One of the mechanism that is
+    0 in floats has to be 0.
+    """
+    if chain.numbers is None:
+        chain.numbers = _of_mechanism(chain)
+    used, others = chain.numbers
+    groups: dict[float, list[Expr]] = {value: list(found) for value, found in used.items()}
+    for value, node in _constants(expressions):
+        groups.setdefault(value, []).append(node)
+    for value, found in groups.items():
+        first, *rest = [ZERO] * (value == 0.0 and value in used) + found + others.get(value, [])
+        for node in rest:
+            if not (same(first, node) or _one_number(chain, first, node)):
+                reason = f"two of its numbers are {value!r} to 16 digits, and nothing shows that they are equal"
+                raise NotAlgebraic(reason)
+
+
+def _of_mechanism(chain: Chain) -> Numbers:
+    plan = chain.motion.plan
+    system = plan.system
+    equations = [system.equations[e] for number in chain.blocks for e in plan.blocks[number].equations]
+    rows = [row for each in equations for row in (each.residual, each.original) if row is not None]
+    places: list[Expr] = []
+    for number, frame in system.frames.items():
+        for part in frame.stated_axis:
+            if part.origin is not None:
+                places += [part] if frame.turned else [part, const(part.value or 0.0)]
+        anchors = system.scene.things[number].anchors
+        at = Counter(anchor.local for anchor in anchors)
+        places += [part for anchor in anchors if at[anchor.local] > 1 for part in anchor.coordinates]
+    used: dict[float, list[Expr]] = {}
+    for value, node in _constants([*rows, *places]):
+        _add(used, value, node)
+    sides = [side for item in system.scene.constraints() for side in (*item.left, *item.right)]
+    drawn = [part for thing in system.scene.things for anchor in thing.anchors for part in anchor.coordinates]
+    others: dict[float, list[Expr]] = {}
+    for value, node in _constants(joined(sides, drawn)):
+        _add(others, value, node)
+    return used, others
+
+
+def _add(groups: dict[float, list[Expr]], value: float, node: Expr) -> None:
+    known = groups.setdefault(value, [])
+    if not any(same(node, each) for each in known):
+        known.append(node)
+
+
+def _constants(expressions: Iterable[Expr]) -> Iterator[tuple[float, Expr]]:
+    """The constants below expressions with their floats, each by itself: equal ones may come from different things."""
+    seen: set[int] = set()
+    stack = list(expressions)
+    while stack:
+        node = stack.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        stack.extend(node.args)
+        if node.value is not None:
+            yield node.value, node
+        elif node.op == "pow" and node.origin is not None:  # an exponent that is no float
+            yield node.exponent, const(node.exponent)
+            yield node.exponent, node.origin
+
+
+def _one_number(chain: Chain, a: Expr, b: Expr) -> bool:
+    tower, lowering = chain.tower, chain.lowering
+    try:
+        top = tower.sub(lowering.value(a), lowering.value(b)).top
+        return top == tower.ring.zero or (zero := Zero(chain.point, [top])).vanishes(zero.wanted[0])
+    except (NotAlgebraic, TooMuch):
+        return False
