@@ -31,6 +31,7 @@ LIGHTER: dict[str, tuple[str, ...]] = {
     "governor": ("--fps", "12.5", "--scale", "0.8"),
     "jansen-walker": ("--fps", "20", "--scale", "0.85"),
     "planetary": ("--scale", "0.75"),
+    "ratchet": ("--scale", "0.8"),
     "scissor-lift": ("--fps", "20"),
     "simson-line": ("--fps", "12.5", "--scale", "0.75"),
     "stephenson": ("--fps", "10"),

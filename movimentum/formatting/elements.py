@@ -21,7 +21,7 @@ INDENT = 2
 LINE_END = re.compile(r"\r\n|\r|\n")
 _COMMENT = re.compile(r"//[^\r\n]*|/\*[^*]*\*+(?:[^\/*][^*]*\*+)*/")
 _STEPS = ("step", "relative_step")
-_OF_STEPS = ("statement", "claim", "goal", "extreme_goal", "requirement", "film_loop", "view")
+_OF_STEPS = ("statement", "holding", "claim", "goal", "extreme_goal", "requirement", "film_loop", "view")
 _THINGS = ("definition", "follower", "placed", "whole_follower", "cord", "copy")
 
 

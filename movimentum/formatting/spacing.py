@@ -34,7 +34,7 @@ ITEM_RULES = frozenset(
     {
         "config", "let", "part", "include", "film_loop", "view", "definition", "follower", "placed",
         "whole_follower", "cord", "copy", "loop", "step", "relative_step", "statement", "claim", "goal", "extreme_goal",
-        "requirement",
+        "requirement", "holding",
     }
 )  # fmt: skip
 """The rules that are items of a script, a part or a loop."""

@@ -43,7 +43,7 @@ def manner_of(statement: Statement, findings: Findings) -> Manner:
     return Manner(
         _speed(statement, findings),
         _pushes(statement, findings),
-        statement.toward,
+        _toward(statement, findings),
         _weakness(statement, findings),
     )
 
@@ -55,6 +55,17 @@ def _wish(statement: Statement, option: Option, what: str, findings: Findings) -
     span = option.arguments[0].span if option.name == "speed" else option.span
     findings.error("kind/mismatch", f"only a wish can {what}", span, helps=("a wish is stated with `~`",))
     return False
+
+
+def _toward(statement: Statement, findings: Findings) -> Toward:
+    """Where a wish draws."""
+    if statement.toward is Toward.VALUE or statement.comparison is Comparison.WISH:
+        return statement.toward
+    between = Span(statement.left.span.end, statement.right.span.start)
+    helps = (replacement(f"wish for it: `~ {statement.toward}`", between, " ~ "),)
+    message = f"`{statement.toward}` is no value to compare with: only a wish can be for it"
+    findings.error("kind/mismatch", message, statement.right.span, helps=helps)
+    return Toward.VALUE
 
 
 def _speed(statement: Statement, findings: Findings) -> float | None:

@@ -141,6 +141,11 @@ def test_lines_end_as_they_did(newline: str) -> None:
     assert [fmt(text) for text in ("", " \n\n", "// a")] == ["", "", "// a\n"]
 
 
+def test_what_holds_is_a_statement() -> None:
+    text = "A : .bar  P = [0,0]   Q = [9,0];\n@0   A.P = [0,0];\n     A.angle .holds;\n@1\n"
+    assert fmt(text.replace("     A.angle", "         A.angle")) == fmt(text) == text
+
+
 def test_what_would_be_read_differently_without_a_space() -> None:
     same("Rod : .bar A = [1. , 2 .x]; @0 A.x = 1. .r(2); x = 5 .e5; .for k = 1. ..5 { y = k; }")
     same("E : 'a.svg' A = #wheel * 2 B = #x .r(3); @0x = 3; @1 (-.t) = 2;")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -41,6 +42,25 @@ def test_the_walker_always_stands(solve_script: Solve) -> None:
     down = feet[:, :, 1] < feet[:, :, 1].min() + 5.0
     assert (down[:3].sum(axis=0) >= 1).all()
     assert (down[3:].sum(axis=0) >= 1).all()
+
+
+def test_a_ratchet_gains_a_tooth_each_stroke_and_falls_back_onto_its_second_pawl(solve_script: Solve) -> None:
+    """Tips are 100 from the axle and roots 83, the flanks undercut by 0.7041 degrees. The pawls are 84 long and pivot
+    128 from the axle, the second one so that it drops 1.5 degrees before a stroke ends.
+    """
+    table = solve_script("ratchet")
+    t, wheel = table["time"], table["Wheel.angle"]
+
+    def ahead(radius: float) -> float:
+        return math.degrees(math.acos((128.0**2 + radius**2 - 84.0**2) / (2.0 * 128.0 * radius)))
+
+    back = ahead(100.0) - ahead(83.0) + 0.7041 + 1.5
+    for stroke in range(1, 5):
+        assert abs(wheel[25 * stroke] - 22.5 * stroke) < 2e-3  # six digits are written in the script
+    for stroke in range(4):
+        held = wheel[(t > stroke + 0.2) & (t < stroke + 0.6)]
+        assert np.abs(held - (22.5 * stroke - back)).max() < 2e-3
+        assert np.ptp(held) < 1e-9
 
 
 def test_a_geneva_wheel_with_play_stays_behind(solve_script: Solve) -> None:

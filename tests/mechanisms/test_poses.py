@@ -75,7 +75,7 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
 IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
-PUSHED = {"escapement", "geneva-play"}
+PUSHED = {"escapement", "geneva-play", "ratchet"}
 """What is pushed; see test_legs_and_gears.py."""
 
 FRAMES = {
