@@ -18,9 +18,9 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import ZERO, Expr, add, call, const, mul, sub, substitute, symbol, walk
 from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
-from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
+from movimentum.outlines.lengths import Paces, paces
 from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
 
 PLACE = symbol("place")
@@ -30,8 +30,6 @@ Point = tuple[float, float]
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
-LENGTHS = 1440.0
-"""Short pieces whose lengths are known: splines between them then tell lengths to 1e-10 of the whole."""
 MANY_PIECES = 8
 """Each is computed by itself if there are so many or more."""
 
@@ -267,19 +265,14 @@ class Contour:
             return Facets.of(np.concatenate([points, points[-2:0:-1]]))
         return Facets.of(points if self.side < 0.0 else points[::-1], hollow=self.hollow)
 
-    @cached_property
+    @property
     def lengths(self) -> tuple[FloatArray, FloatArray]:
-        """Places and how long the curve is up to each: Gauss's rule on short pieces."""
-        nodes, weights = np.polynomial.legendre.leggauss(10)
-        places: list[FloatArray] = []
-        for begin, end in zip(self.breaks, self.breaks[1:], strict=False):
-            count = max(8, math.ceil(LENGTHS * (end - begin) / self.period))
-            places.append(np.linspace(begin, end, count + 1)[:-1])
-        grid = np.append(np.concatenate(places), self.last)
-        half = np.diff(grid) / 2.0
-        inner = (grid[:-1] + half)[:, None] + half[:, None] * nodes
-        dx, dy = self.values(inner)[4:6]
-        return grid, np.concatenate([[0.0], np.cumsum(half * (np.hypot(dx, dy) @ weights))])
+        """Places, and how long the curve is up to each."""
+        return self._paces.places, self._paces.along
+
+    @cached_property
+    def _paces(self) -> Paces:
+        return paces(lambda place: np.hypot(*self.values(place)[4:6]), self.breaks, closed=self.closed)
 
     @property
     def length(self) -> float:
@@ -289,25 +282,14 @@ class Contour:
     @cached_property
     def travelled(self) -> Expr:
         """How long the curve is from its beginning to `PLACE`, beyond the ends of a closed one too."""
-        grid, along = self.lengths
         rate = self.length / self.period
-        smooth = len(self.breaks) == 2
-        ends = Ends.PERIODIC if self.closed else Ends.HELD
-        off = along - rate * (grid - self.first)
-        off[-1] = off[0]
-        rest = call("table", PLACE, payload=Table(grid, off, smooth=smooth, ends=ends))
+        rest = call("table", PLACE, payload=self._paces.beyond(rate))
         return add(mul(const(rate), sub(PLACE, const(self.first))), rest)
 
     @cached_property
     def place_along(self) -> Expr:
         """The place that is so far along the curve as `PLACE` says, from 0 at its beginning to 1 at its end."""
-        grid, along = self.lengths
-        moving = np.append(True, np.diff(along) > 0.0)  # a corner takes no way
-        grid, share = grid[moving], along[moving] / self.length
-        ends = Ends.PERIODIC if self.closed else Ends.HELD
-        off = grid - self.first - self.period * share
-        off[-1] = off[0]
-        rest = call("table", PLACE, payload=Table(share, off, smooth=len(self.breaks) == 2, ends=ends))
+        rest = call("table", PLACE, payload=self._paces.back(self.length, self.period))
         return add(add(const(self.first), mul(const(self.period), PLACE)), rest)
 
     def placed(self, linear: tuple[float, float, float, float], at: Point) -> Contour:

@@ -13,7 +13,7 @@ from movimentum.records import replace
 from movimentum.text import rational
 from movimentum.tolerances import APART_IN_NAME_ONLY, ZERO_IN_NAME_ONLY
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, rebuilding, solved, understand
+from movimentum.workflow.stages import arranged, moved, rebuilding, solved, understand
 
 if TYPE_CHECKING:
     from movimentum.equations.program import MotionProgram, NoProgram, StageProgram
@@ -34,10 +34,10 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
 
     constants, kept = _kept(source, choices)
     motion = _solved(source, kept)
-    bare = bare_numbers(_solved(source, choices)) if constants else frozenset[float]()
+    bare = bare_numbers(_moved(source, choices)) if constants else frozenset[float]()
     if not bare_numbers(motion) <= bare and constants:
         constants, kept = _whole_names(source, choices, constants, bare)
-        motion = _solved(source, kept)
+        motion = _moved(source, kept)
     choices = kept
     outputs = _asked(source, choices, of) if of else _all(motion)
     payloads: dict[Hashable, str] = {KeptConstant(name): f"{identifier(name)}" for name in constants}
@@ -96,6 +96,11 @@ def _solved(source: SourceText, choices: Choices) -> PathMotion:
     return solved(arranged(understand(source, choices), choices), choices).motion.path
 
 
+def _moved(source: SourceText, choices: Choices) -> PathMotion:
+    """The motion, where somebody else has looked for what is wrong with it."""
+    return moved(arranged(understand(source, choices), choices))
+
+
 def bare_numbers(motion: PathMotion) -> frozenset[float]:
     """The constants of a motion's equations that were not computed from a named constant: where these are others than
     those of the script itself, a name got lost on the way (in a cord's radius, say).
@@ -117,7 +122,7 @@ def _whole_names(
     found: dict[str, float] = {}
     kept = choices
     for number, (name, value) in enumerate(constants.items()):
-        if bare_numbers(_solved(source, kept_apart(choices, name, value, number))) <= bare:
+        if bare_numbers(_moved(source, kept_apart(choices, name, value, number))) <= bare:
             kept = kept_apart(kept, name, value, number)
             found[name] = value
     return found, kept

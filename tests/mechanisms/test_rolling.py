@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq, fsolve
+from scipy.special import ellipeinc
 
 import movimentum
+from movimentum.outlines.lengths import paces
 from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 400);\n"
@@ -85,7 +87,7 @@ def test_an_ellipse_rolls_around_another(seed):
             ((p, q) for p in u + np.linspace(-0.5, 0.5, 41) for q in v + np.linspace(-0.5, 0.5, 41)),
             key=lambda places: math.hypot(*apart(places)),
         )
-        places = fsolve(rows, near, xtol=1e-13)
+        places = fsolve(rows, near, xtol=1e-13, full_output=True)[0]  # says nothing where rounding ends it sooner
         assert math.hypot(*apart(places)) < 1e-9
         here, there = here + one.arc(u, places[0]), there + other.arc(v, places[1])
         u, v = places
@@ -143,3 +145,18 @@ def test_a_circle_through_ten_thousand_points_is_one(tmp_path):
 @0 E.C = [200,100]; E.angle = 30*.t; R.C.x = 203; R.C.y > 100; .gap(R, E) = 0;
 @2""")
     assert motion["R.C.y"] == pytest.approx(100.0 + math.sqrt(46.0**2 - 9.0), abs=2e-9)
+
+
+@pytest.mark.parametrize(("a", "b"), [(75.0, 64.95), (50.0, 20.0), (50.0, 5.0), (50.0, 1.0)])
+def test_lengths_of_an_ellipse_are_elliptic_integrals(a, b):
+    def along(place):
+        m = 1.0 - (b / a) ** 2
+        return a * (ellipeinc(place - math.pi / 2.0, m) - ellipeinc(-math.pi / 2.0, m))
+
+    found = paces(lambda place: np.hypot(a * np.sin(place), b * np.cos(place)), (0.0, math.tau), closed=True)
+    length = found.along[-1]
+    rate, share = length / math.tau, np.random.default_rng(3).uniform(0.0, 1.0, 500)
+    there = math.tau * share
+    exact = 1e-11 if b > 0.05 * a else 1e-6  # nearly a cusp: a spline
+    assert found.beyond(rate).at(there) + rate * there == pytest.approx(along(there), abs=exact * length)
+    assert along(found.back(length, math.tau).at(share) + there) == pytest.approx(share * length, abs=exact * length)
