@@ -20,8 +20,9 @@ from tests.broad import broad
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 EDITS = 6
-RELATED = {"clockwork", "jansen-walker", "planetary", "whitworth"}
-"""Scripts in which one number makes others equal: a third of a turn, teeth, places that others are computed from."""
+RELATED = {"cam-follower", "clockwork", "geneva-slots", "jansen-walker", "planetary", "tracer", "whitworth"}
+"""Scripts in which one number makes others equal: a third or a whole turn, teeth, places that others are computed from,
+the distance of two axles, two arms of a pantograph."""
 LITERAL = re.compile(r"(?<![\w.@#])(?<!e-)\d+(?:\.\d+)?(?![\w.])")
 
 
