@@ -500,9 +500,9 @@ PLACES_MEET = 1e-9
 PLACE_ROUNDS = 1e-10
 """Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 SLOWEST_PACE = 0.05
-"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths no second derivative there. A cusp
-between two of 720 places has a pace of some 0.005 of the mean at the nearer one; an ellipse is as slow if it is twenty
-times as long as wide."""
+"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths no second derivative there. A
+cusp between two of 720 places has a pace of some 0.005 of the mean at the nearer one; an ellipse is as slow if it is
+twenty times as long as wide."""
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 

@@ -6,6 +6,7 @@ that the range meets: kinks are enclosed like everything else. One that jumps is
 
 from __future__ import annotations
 
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ MOST_PIECES = 12
 """Pieces that the range of an argument may meet; one that meets more has no value, and its interval is halved."""
 DIGITS = 40
 """With which coefficients are computed: far more than they are rounded to."""
-ROUNDED = 16.0 * UNIT_ROUNDOFF
-"""Of the size of what a few operations on rounded numbers give: how far off it may be."""
+ROUNDED = 64.0 * UNIT_ROUNDOFF
+"""Of the size of what some thirty operations on rounded numbers give: how far off it may be."""
 
 
 def pieces_of(table: Table) -> Pieces:
@@ -87,13 +88,24 @@ def _in_piece(pieces: Pieces, place: Any, middle: FloatArray, d: FloatArray) -> 
     its slope. By Taylor's formula at the middle, of sizes, so that rounding is covered too.
     """
     t = middle - pieces.base[place]
-    c = [each[place] for each in pieces.coefficients] + [np.zeros_like(t)] * (4 - len(pieces.coefficients))
+    c = [each[place] for each in pieces.coefficients]
+    slopes, bends, thirds = (_derived(c, order) for order in (1, 2, 3))
     size = np.abs(t) + d
-    value = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
-    slope = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
-    bend = np.abs(2.0 * c[2] + 6.0 * c[3] * t) + 6.0 * np.abs(c[3]) * d
-    slope_size = np.abs(c[1]) + size * (2.0 * np.abs(c[2]) + size * 3.0 * np.abs(c[3]))
+    value, slope = _horner(c, t), _horner(slopes, t)
+    bend = np.abs(_horner(bends, t)) + d * _horner(list(map(np.abs, thirds)), size)
+    slope_size, value_size = (_horner(list(map(np.abs, each)), size) for each in (slopes, c))
     slope_off = d * bend + ROUNDED * slope_size
-    value_size = np.abs(c[0]) + size * (np.abs(c[1]) + size * (np.abs(c[2]) + size * np.abs(c[3])))
     moved = ROUNDED * (np.abs(middle) + np.abs(t)) * slope_size  # by the rounding of t
     return value, d * (np.abs(slope) + slope_off) + ROUNDED * value_size + moved, slope, slope_off
+
+
+def _derived(c: list[FloatArray], order: int) -> list[FloatArray]:
+    """The coefficients of a polynomial's derivative."""
+    return [factorial(k) / factorial(k - order) * each for k, each in enumerate(c) if k >= order]
+
+
+def _horner(c: list[FloatArray], t: FloatArray) -> FloatArray:
+    value = np.zeros_like(t)
+    for each in reversed(c):
+        value = value * t + each
+    return value
