@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from movimentum.timeline.model import Timeline
 
 
-def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion | None = None) -> dict[str, Any]:
     """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
-    film are sent (None: `frames_shown`), of ``most`` that will be.
+    film are sent (None: `frames_shown`), of ``most`` that will be. With a ``motion`` also what pushes when.
     """
     scene = timeline.scene
     return {
@@ -39,6 +39,7 @@ def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
         "loops": timeline.loops,
         "sized": scene.config.size is not None,
         "steps": [float(step.time) for step in scene.steps],
+        "contacts": [] if motion is None else _contacts(motion),
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
             {"span": place, "things": sorted(about(item)), **_held(item)}
@@ -59,6 +60,19 @@ def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
             if len(item.value) == 1 and item.least is not None and item.most is not None
         ],
     }  # fmt: skip
+
+
+def _contacts(motion: PathMotion) -> list[dict[str, Any]]:
+    from movimentum.analysis.happenings import contacts
+
+    return [
+        {
+            "time": each.time,
+            "event": each.event,
+            "words": each.words if each.things else f"{each.statement} {each.words}",
+        }
+        for each in contacts(motion)
+    ]
 
 
 def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
