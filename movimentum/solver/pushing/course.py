@@ -85,7 +85,7 @@ class PushCourse:
         cuts = np.cumsum([rows, len(coupled), wished, pulls.count, self.contacts.rows.count])
         want, speeds, drift_, drawn, pushed, known = np.split(changes, cuts)
         one = x[None]
-        lines = self.contacts.lines(contacts, problem, one)
+        lines = self.contacts.lines(contacts, problem, one).first()
         least = -(lines.known @ known)
         wanted = self.contacts.wanted(problem, one)
         for k, contact in enumerate(contacts):
@@ -172,7 +172,7 @@ class PushCourse:
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
         for _ in range(14):
-            lines = self.contacts.lines(some, problem, x[None])
+            lines = self.contacts.lines(some, problem, x[None]).first()
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
             wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))

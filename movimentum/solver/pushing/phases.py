@@ -100,7 +100,7 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
         return None
     why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
     if broken:  # those that contradict each other
-        lines = contacts.lines(contacts.plain, problem, x[None])
+        lines = contacts.lines(contacts.plain, problem, x[None]).first()
         rows = problem.jacobian(x[None])[0]
         found = moved(Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values))
         if found.v is None:
@@ -132,7 +132,7 @@ def _begun(
         k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
     ]
     problem = course.at(tau)
-    values = course.contacts.lines([some[k] for k in which], problem, x[None]).values
+    values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
     wanted = course.contacts.wanted(problem, x[None])
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
@@ -160,7 +160,7 @@ def _passed(
     for tip in tips:
         some = sorted(tip - left)
         if len(some) > 1:
-            along = course.contacts.lines(some, course.at(tau), x[None]).along
+            along = course.contacts.lines(some, course.at(tau), x[None]).first().along
             best = max(range(len(some)), key=lambda k: (some[k] in before, along[k]))
             passed.update(contact for contact in some if contact != some[best])
     return frozenset(passed)
