@@ -35,22 +35,21 @@ class Pairs(NamedTuple):
 
 class Bodies:
     """The outlines of the ``gaps`` of a block, each once; B of them, with P parts in all. ``around`` (B, 3): a circle
-    (x, y, radius) about each, in its own frame. A part is known by its place in the table of its kind.
+    (x, y, radius) about each, in its own frame. A part is known by its place in the table of its kind. ``core``: the
+    block's unknowns.
     """
 
-    def __init__(self, gaps: Sequence[GapRow]) -> None:
+    def __init__(self, gaps: Sequence[GapRow], core: Sequence[int]) -> None:
         self.sides = tuple(dict.fromkeys(body for gap in gaps for body in (gap.first, gap.second)))
         place = {body: b for b, body in enumerate(self.sides)}
         self.first = np.array([place[gap.first] for gap in gaps], dtype=np.int64)
         self.second = np.array([place[gap.second] for gap in gaps], dtype=np.int64)
         self.push = np.array([gap.push for gap in gaps], dtype=np.int64)
         self.still = np.array([body.still for body in self.sides]).reshape(-1, 4).T
-        self.numbers = tuple(
-            (k, b, number)
-            for b, body in enumerate(self.sides)
-            for k, number in enumerate(body.numbers)
-            if number is not None
-        )
+        column = {n: j for j, n in enumerate(core)}
+        numbers = [(k, b, n) for b, body in enumerate(self.sides) for k, n in enumerate(body.numbers) if n is not None]
+        self.known = tuple((k, b, n) for k, b, n in numbers if n not in column)
+        self.core = np.array([(k, b, column[n]) for k, b, n in numbers if n in column], dtype=np.int64).reshape(-1, 3).T
         self.bends = np.array([bool(body.skin.bends) for body in self.sides], dtype=np.bool_)
         if not self.sides:
             return
@@ -69,11 +68,15 @@ class Bodies:
 
     # --- where they are
 
-    def poses(self, there: Mapping[int, FloatArray], count: int) -> FloatArray:
-        """(4, F, B) where they are at F instants: x, y, cosine and sine; ``there``: the values by number."""
-        found = np.repeat(self.still[:, None, :], count, axis=1)
-        for k, b, number in self.numbers:
-            found[k, :, b] = there[number]
+    def poses(self, known: Mapping[int, FloatArray], x: FloatArray) -> FloatArray:
+        """(4, F, B) where they are at F instants: x, y, cosine and sine, for core values (F, n); ``known``: the values
+        of other unknowns by number.
+        """
+        found = np.repeat(self.still[:, None, :], len(x), axis=1)
+        for k, b, number in self.known:
+            found[k, :, b] = known[number]
+        part, body, column = self.core
+        found[part, :, body] = x[:, column].T
         return found
 
     def middles(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:

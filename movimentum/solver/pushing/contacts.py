@@ -58,18 +58,18 @@ class Contacts:
     def __init__(self, block: Pushing) -> None:
         self.block = block
         self.rows = block.pushes
-        self.bodies = Bodies(self.rows.gaps)
+        self.bodies = Bodies(self.rows.gaps, block.core)
         self.place = {n: j for j, n in enumerate(block.core)}
-        numbers = {number for _, _, number in self.bodies.numbers}
-        self.known = tuple(sorted(numbers - self.place.keys()))
-        self._known_place = {n: k for k, n in enumerate(self.known)}
+        self.known = tuple(sorted({number for _, _, number in self.bodies.known}))
+        known = {n: len(block.core) + k for k, n in enumerate(self.known)}
         about = {gap.push for gap in self.rows.gaps}
         self.plain = tuple(PartPair(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
         self.rates = tuple(PartPair(RATE, k) for k in sorted(self.rows.rates))
         self._columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
-        for k, b, number in self.bodies.numbers:
-            place = self.place.get(number)
-            self._columns[k, b] = len(block.core) + self._known_place[number] if place is None else place
+        part, body, column = self.bodies.core
+        self._columns[part, body] = column
+        for k, b, number in self.bodies.known:
+            self._columns[k, b] = known[number]
         self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
 
     def push(self, contact: PartPair) -> int:
@@ -80,9 +80,10 @@ class Contacts:
 
     def values(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(F, K) of the K inequalities; of one about outlines what is added to a distance."""
-        found = np.empty((len(x), self.rows.count))
-        for k, value in enumerate(self.rows.values(problem.values(x), problem.clocks)):
-            found[:, k] = value
+        found = np.repeat(self.rows.fixed[None], len(x), axis=0)
+        if self.rows.varying:
+            for k, value in zip(self.rows.varying, self.rows.values(problem.values(x), problem.clocks), strict=True):
+                found[:, k] = value
         return found
 
     def slopes(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
@@ -95,15 +96,16 @@ class Contacts:
 
     def wanted(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(K,) how fast they must grow at least, at the first instant."""
+        if not self.rows.rates:
+            return np.zeros(self.rows.count)
         return np.array([first_of(v) for v in self.rows.wanted(problem.values(x[:1]), problem.clocks)])
 
     def of_known(self, problem: BlockProblem, count: int) -> FloatArray:
         """(F, q) what is known of the poses of outlines."""
-        return (
-            np.stack([np.broadcast_to(problem.inputs[n], count) for n in self.known], axis=1)
-            if self.known
-            else (np.zeros((count, 0)))
-        )
+        found = np.empty((count, len(self.known)))
+        for k, n in enumerate(self.known):
+            found[:, k] = problem.inputs[n]
+        return found
 
     def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
         """Contacts at F instants, for core values (F, n)."""
@@ -114,7 +116,7 @@ class Contacts:
             slopes[:, :, :n] = self.slopes(problem, x)[:, chosen.push]
         along, fan = np.full((count, size), np.inf), np.full((count, size), np.inf)
         if len(chosen.places):
-            poses = self.bodies.poses(problem.values(x), count)
+            poses = self.bodies.poses(problem.inputs, x)
             touch = self.bodies.touch(chosen.pairs, poses)
             values[:, chosen.places] += touch.value
             along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
@@ -168,7 +170,7 @@ class Contacts:
         found = [contact for contact in self.plain if values[contact.kind] <= within]
         tips: list[frozenset[PartPair]] = []
         if self.rows.gaps:
-            poses = self.bodies.poses(problem.values(x), 1)
+            poses = self.bodies.poses(problem.inputs, x)
             margins = values[self.bodies.push]
             pairs = self.bodies.near(poses[:, 0], 2.0 * within - margins)
             touch = self.bodies.touch(pairs, poses).first()

@@ -69,7 +69,9 @@ class PushCourse:
         def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
             count = len(repeated)
             values = problem.completed(repeated) if coupled else {}
-            others = [np.broadcast_to(values[n], count)[:, None] for n in coupled]
+            others = np.empty((count, len(coupled)))
+            for k, n in enumerate(coupled):
+                others[:, k] = values[n]
             drawn = np.empty((count, pulls.count))
             if pulls.count:
                 for k, value in enumerate(pulls.values(problem.values(repeated), problem.clocks)):
@@ -77,7 +79,7 @@ class PushCourse:
             pushes = self.contacts.values(problem, repeated)
             known = self.contacts.of_known(problem, count)
             return np.concatenate(
-                [problem.residual(repeated), *others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
+                [problem.residual(repeated), others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
             )
 
         changes, problem = self.differences.changes(tau, x, read, after)

@@ -101,7 +101,7 @@ class Going:
 
     def _poses(self, tau: float, x: FloatArray) -> FloatArray:
         """(4, B) where outlines are."""
-        return self.course.contacts.bodies.poses(self.course.at(tau).values(x[None]), 1)[:, 0]
+        return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
     def seen(
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -39,15 +39,14 @@ class Overlapping:
 
 
 def overlapping(
-    contacts: Contacts, there: Mapping[int, FloatArray], margins: FloatArray, least: float
+    contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float
 ) -> list[Overlapping]:
-    """The gaps of a block that are deeper than ``least`` at one instant: ``there`` are the values by number,
+    """The gaps of a block that are deeper than ``least`` at one instant: ``poses`` (4, B) of its outlines,
     ``margins`` (K,) those of the inequalities.
     """
     found: list[Overlapping] = []
     if not contacts.rows.gaps:
         return found
-    poses = contacts.bodies.poses(there, 1)[:, 0]
     near = contacts.bodies.apart(poses) + margins[contacts.bodies.push] <= 0.0
     for g in np.nonzero(near)[0].tolist():
         gap, value = contacts.rows.gaps[g], WholeGap(contacts.rows.gaps[g])

@@ -48,7 +48,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
         passed = _passed(course, tau, x, tips, before, left)
-        going, blocked = _begun(course, tau, x, touching, passed, opened)
+        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
@@ -95,7 +95,7 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
     values = contacts.values(problem, x[None])[0]
     size = course.plan.size
     broken = [contact for contact in contacts.plain if not values[contact.kind] >= -PUSH_OVERLAP * size]
-    deep = overlapping(contacts, problem.values(x[None]), values, PUSH_OVERLAP * size)
+    deep = overlapping(contacts, contacts.bodies.poses(problem.inputs, x[None])[:, 0], values, PUSH_OVERLAP * size)
     if not broken and not deep:
         return None
     why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
@@ -118,13 +118,14 @@ def _begun(
     touching: Sequence[PartPair],
     passed: frozenset[PartPair],
     opened: frozenset[PartPair],
+    before: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
     """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
-    have ``opened``; or what jams.
+    have ``opened``; or what jams. What has held ``before`` is the first guess.
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
-    found = moved(now)
+    found = moved(now, np.array([k for k, contact in enumerate(some) if contact in before], dtype=np.intp))
     if found.v is None:
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
@@ -157,12 +158,14 @@ def _passed(
     ``before`` goes on, or else what has the most of its parts left.
     """
     passed = set(left)
+    every = sorted({contact for tip in tips for contact in tip} - left)
+    along = dict(zip(every, course.contacts.lines(every, course.at(tau), x[None]).along[0].tolist(), strict=True))
+    held = set(before)
     for tip in tips:
         some = sorted(tip - left)
         if len(some) > 1:
-            along = course.contacts.lines(some, course.at(tau), x[None]).first().along
-            best = max(range(len(some)), key=lambda k: (some[k] in before, along[k]))
-            passed.update(contact for contact in some if contact != some[best])
+            best = max(some, key=lambda contact: (contact in held, along[contact]))
+            passed.update(contact for contact in some if contact != best)
     return frozenset(passed)
 
 

@@ -96,7 +96,7 @@ class PhaseStep:
         every = np.stack([self.x0, *(self.between(t) for t in times[1:-1]), self.x1])
         problem = self.course.probe(np.array(times))
         margins = contacts.values(problem, every)[:, contacts.bodies.push]
-        poses = contacts.bodies.poses(problem.values(every), len(times))
+        poses = contacts.bodies.poses(problem.inputs, every)
         way = self._way(poses)
         pairs = contacts.bodies.near(poses[:, 0], way - margins.min(axis=0) + 2.0 * closed)
         pairs = pairs.some(contacts.bodies.others(pairs, contacts.chosen(self.held).pairs))
