@@ -16,7 +16,7 @@ from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
 
-FIRST_STEP = 0.25
+FIRST_STEP = 0.1
 """Of the time between two nodes."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller

@@ -25,6 +25,9 @@ from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, P
 from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
 
 MOST_EVENTS = 20_000
+EACH = 3
+"""The nodes that the path has to come to: the motion turns little between two, and steps are bounded by what they see.
+"""
 AT_ONCE = 60
 """So many phases in a row that lead nowhere: contacts that accumulate."""
 
@@ -42,6 +45,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
     before: tuple[PartPair, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
+    aims = np.unique(np.append(nodes[::EACH], nodes[-1]))
     wrong = _wrong_at_once(course, tau, x)
     if wrong is not None:
         return wrong
@@ -61,7 +65,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
             break
         if tau >= end:
             break
-        grid = np.concatenate([[tau], nodes[nodes > tau]])
+        grid = np.concatenate([[tau], aims[aims > tau]])
         part = drift(going, x, course.scale, grid, end, FREE_MOTION_STEP, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))

@@ -15,6 +15,10 @@ SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where within a step outlines are looked at."""
 BENT = 0.05
 """Of its length: how far a way in a step is off a straight one."""
+NEARLY = 0.05
+"""Of what a gap changes by in a step: where a polynomial through it comes so near to zero, it is looked for closely."""
+LOOKS = 7
+"""So many places between two times."""
 TURNED = 0.3
 """Radians: so far outside its fan a direction may be at both ends of a part of a step, and inside it between."""
 
@@ -107,6 +111,7 @@ class PhaseStep:
         values, size = touch.value + margins, self.course.plan.size
         sharp = contacts.sharp(pairs, margins[0])
         tips = np.nonzero((pairs.kind == TIPS) & ~sharp)[0]
+        dips = _dips(values, closed)
         knobs = contacts.bodies.skin.knobs[:, 2]
         radii = knobs[pairs.i[tips]] + knobs[pairs.j[tips]]
 
@@ -126,11 +131,14 @@ class PhaseStep:
             comes = (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
             for k in np.nonzero(comes)[0].tolist():
                 yield self._comes_and_closes(contact(k), times[n], times[n + 1]), contact(k)
+            grazes = dips[n] & (low > closed) & (high > closed) & near & turned & ~sharp
+            for k in np.nonzero(grazes)[0].tolist():
+                yield self._brushes(contact(k), times[n], times[n + 1]), contact(k)
             if not len(tips):
                 continue
             before, after = ((touch.value[m, tips] + radii)[:, None] * touch.normal[m, tips] for m in (n, n + 1))
             passing = _passes(before, after, radii - margins[n, tips])
-            passing &= (low[tips] > closed) & (high[tips] > closed) & turned[tips]
+            passing &= (low[tips] > closed) & (high[tips] > closed) & turned[tips] & ~grazes[tips]
             for k in tips[np.nonzero(passing)[0]].tolist():
                 yield self._brushes(contact(k), times[n], times[n + 1]), contact(k)
 
@@ -151,10 +159,9 @@ class PhaseStep:
         return self._gap_root(contact, there, high, near=False)
 
     def _brushes(self, contact: PartPair, low: float, high: float) -> float | None:
-        """When two knobs come to touch that pass each other, between two times at which they do not; None if they do
-        not.
-        """
+        """When what does not touch at two times comes to touch between them; None if it does not."""
         value = self._value(contact)
+        ends = value(low), value(high)
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         a, b = low, high
         p, q = b - ratio * (b - a), a + ratio * (b - a)
@@ -162,12 +169,15 @@ class PhaseStep:
         for _ in range(40):  # golden sections
             if min(fp, fq) < -self.course.closed or b - a <= PUSH_BRUSHES * self.h:
                 break
+            lowest = min(fp, fq)
+            if lowest > max(*ends) - lowest:  # what is left to fall is less
+                return None
             if fp < fq:
-                b, q, fq = q, p, fp
+                b, q, fq, ends = q, p, fp, (ends[0], fq)
                 p = b - ratio * (b - a)
                 fp = value(p)
             else:
-                a, p, fp = p, q, fq
+                a, p, fp, ends = p, q, fq, (fp, ends[1])
                 q = a + ratio * (b - a)
                 fq = value(q)
         lowest = p if fp < fq else q
@@ -242,6 +252,19 @@ class PhaseStep:
             return []
         slack = self._slack(some, tau)
         return [contact for contact, inside in zip(some, slack, strict=True) if inside < 0.0]
+
+
+def _dips(values: FloatArray, closed: float) -> BoolArray:
+    """(F - 1, M) whether the polynomial through values (F, M) at ``SHARES`` falls, between two of them, nearly to zero
+    and below both.
+    """
+    places = np.array([0.0, *SHARES])
+    inner = places[:-1, None] + np.diff(places)[:, None] * np.linspace(0.0, 1.0, LOOKS + 2)[1:-1]
+    basis = np.vander(inner.ravel(), len(places)) @ np.linalg.inv(np.vander(places, len(places)))
+    between = (basis @ values).reshape(len(places) - 1, LOOKS, -1).min(axis=1)
+    way = np.ptp(values, axis=0)
+    ends = np.minimum(values[:-1], values[1:])
+    return (between < ends - closed) & (between < NEARLY * way)
 
 
 def crossing(
