@@ -34,6 +34,7 @@ class PushCourse:
         self.differences = FreeVelocity(block, plan, probe, nodes)
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size
+        self.barely = -0.25 * self.closed  # one that closes is looked for at twice as much (`PhaseStep`)
         self.units = block.metric.whitening[1]
         self._frames: dict[bytes, tuple[FloatArray, FloatArray]] = {}
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)

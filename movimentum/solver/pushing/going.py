@@ -132,8 +132,11 @@ class Going:
         """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
         hold too, there is none of both.)
         """
-        now = self._now(tau, x)
+        now = self._now(tau, x, self.course.closed)
         found = moved(now, self.which)
+        if found.v is None:  # what is closed but for a rounding jams only if it comes to be closed
+            now = self._now(tau, x, self.course.barely)
+            found = moved(now, self.which)
         if found.v is None:
             return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
@@ -153,10 +156,10 @@ class Going:
         self.loose = tuple(contact for contact in near if contact in loose)
         self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
 
-    def _now(self, tau: float, x: FloatArray) -> Instant:
-        """The instant, without contacts that have opened since the phase began."""
+    def _now(self, tau: float, x: FloatArray, closed: float) -> Instant:
+        """The instant, without contacts that have opened since the phase began: by more than ``closed``."""
         now, lines = self.course.seen(tau, x, self.touching, False)
-        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > self.course.closed]
+        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > closed]
         if not gone:
             return now
         least, rows = now.least.copy(), now.pushes.copy()
@@ -193,5 +196,5 @@ class Going:
         return bad, step.at(bad)
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
-        found = moved(self._now(tau, step.at(tau)), self.which)
+        found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
         return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))

@@ -28,6 +28,8 @@ MOST_EVENTS = 20_000
 EACH = 3
 """The nodes that the path has to come to: the motion turns little between two, and steps are bounded by what they see.
 """
+MERGED = 3
+"""So many phases in a row that lead nowhere are one event."""
 AT_ONCE = 60
 """So many phases in a row that lead nowhere: contacts that accumulate."""
 
@@ -39,7 +41,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
     parts: list[NodeTrack] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands = 0
+    stands, again = 0, frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     before: tuple[PartPair, ...] = ()
@@ -78,11 +80,14 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
         stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
         tau, x = event.tau, part.values[-1]
         left, opened = event.left, event.opened
+        again = (again if stands else frozenset[PartPair]()) | opened
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
         touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
         touching = list(dict.fromkeys([*touching, *going.held]))
+        if stands >= MERGED:  # what opens whenever it begins has opened
+            touching = [contact for contact in touching if contact not in again]
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
     told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
     if why is PushEnd.JAM:
@@ -131,6 +136,11 @@ def _begun(
     now = course.instant(tau, x, some, after=True)
     found = moved(now, np.array([k for k, contact in enumerate(some) if contact in before], dtype=np.intp))
     if found.v is None:
+        values = course.contacts.lines(some, course.at(tau), x[None]).values[0]
+        apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
+        if apart:  # they are closed but for a rounding, and jam only if they come to be closed
+            rest = [contact for contact in touching if contact not in apart]
+            return _begun(course, tau, x, rest, passed, opened, before)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
     which = [
