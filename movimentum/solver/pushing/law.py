@@ -85,8 +85,13 @@ class Whitened:
         want = np.concatenate([now.want, now.least[held]])
         wide, lengths = scaled((rows @ self.white)[None], np.ones(len(self.scale)))
         self.finite = bool(np.isfinite(wide).all() and np.isfinite(want).all())
-        _, self.free, self.inverse = null_space(wide[0])
-        y = self.inverse @ (np.nan_to_num(want) / lengths[0])
+        rank, self.free, self.inverse = null_space(wide[0])
+        wanted = np.nan_to_num(want) / lengths[0]
+        y = self.inverse @ wanted
+        self.agrees = True
+        if rank < len(rows):  # rows that depend on each other may contradict each other
+            off = float(np.max(np.abs(wide[0] @ y - wanted)))
+            self.agrees = off <= max(PUSH_MOVES * float(np.max(np.abs(wanted))), now.rest)
         self.still = np.zeros_like(y) if now.pull is None else self.white.T @ now.pull
         self.least = y - self.free @ (self.free.T @ self.still)
         self.pushes = now.pushes @ self.white
@@ -255,6 +260,8 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         seen: set[tuple[int, ...]] = set()
         while tuple(numbered(which)) not in seen:
             seen.add(tuple(numbered(which)))
+            if not now.whitened(which).agrees:
+                return None
             y = now.whitened(which).followed()
             found = judged(y, which)
             low = found.opening < -found.tolerance
