@@ -42,6 +42,9 @@ by something wild must come to an end too."""
 REFUSED = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
 there, each with its velocity."""
+CORRECTED = 1e-2
+"""Of what is allowed: where what a corrector would change is less, and the constraints determine the rest, it is left
+out."""
 MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
@@ -150,9 +153,12 @@ def drift(
             bend = step / 384.0 * _bend([*past, step], [*rates[-order:], new_rate], step)
             error = max(float(np.max(np.abs(off) / scale)), float(np.max(np.abs(bend) / scale)))
             if watch is not None and np.isfinite(error):
-                left = (watch.undetermined(each) / scale for each in (off, bend))
-                error = max(error * tolerance / PUSH_GUESS, *(float(np.max(np.abs(each))) for each in left))
-            if np.isfinite(error) and error <= tolerance:
+                open_ = [float(np.max(np.abs(watch.undetermined(each) / scale))) for each in (off, bend)]
+                error = max(error * tolerance / PUSH_GUESS, *open_)
+                needless = open_[0] <= CORRECTED * tolerance
+            else:
+                needless = False
+            if np.isfinite(error) and error <= tolerance and not needless:
                 new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
                 if step <= SHORTEST_PATH_STEP * total:

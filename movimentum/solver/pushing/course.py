@@ -34,6 +34,7 @@ class PushCourse:
         self.differences = FreeVelocity(block, plan, probe, nodes)
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size
+        self.barely = -0.25 * self.closed  # one that closes is looked for at twice as much (`PhaseStep`)
         self.units = block.metric.whitening[1]
         self._frames: dict[bytes, tuple[FloatArray, FloatArray]] = {}
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
@@ -69,7 +70,9 @@ class PushCourse:
         def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
             count = len(repeated)
             values = problem.completed(repeated) if coupled else {}
-            others = [np.broadcast_to(values[n], count)[:, None] for n in coupled]
+            others = np.empty((count, len(coupled)))
+            for k, n in enumerate(coupled):
+                others[:, k] = values[n]
             drawn = np.empty((count, pulls.count))
             if pulls.count:
                 for k, value in enumerate(pulls.values(problem.values(repeated), problem.clocks)):
@@ -77,7 +80,7 @@ class PushCourse:
             pushes = self.contacts.values(problem, repeated)
             known = self.contacts.of_known(problem, count)
             return np.concatenate(
-                [problem.residual(repeated), *others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
+                [problem.residual(repeated), others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
             )
 
         changes, problem = self.differences.changes(tau, x, read, after)
@@ -85,7 +88,7 @@ class PushCourse:
         cuts = np.cumsum([rows, len(coupled), wished, pulls.count, self.contacts.rows.count])
         want, speeds, drift_, drawn, pushed, known = np.split(changes, cuts)
         one = x[None]
-        lines = self.contacts.lines(contacts, problem, one)
+        lines = self.contacts.lines(contacts, problem, one).first()
         least = -(lines.known @ known)
         wanted = self.contacts.wanted(problem, one)
         for k, contact in enumerate(contacts):
@@ -172,7 +175,7 @@ class PushCourse:
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
         for _ in range(14):
-            lines = self.contacts.lines(some, problem, x[None])
+            lines = self.contacts.lines(some, problem, x[None]).first()
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
             wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +16,7 @@ from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
 
-FIRST_STEP = 0.25
+FIRST_STEP = 0.1
 """Of the time between two nodes."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
@@ -85,40 +84,24 @@ class Going:
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
-        found = np.inf
-        contacts = self.course.contacts
-        if not contacts.rows.gaps:
-            return found
-        now = self._poses(tau, x)
+        bodies = self.course.contacts.bodies
+        if not bodies.sides:
+            return np.inf
         ahead = PUSH_LOOK * self.course.spacing
-        later = self._poses(tau + ahead, x + ahead * rate)
-        for g, gap in enumerate(contacts.rows.gaps):
-            speeds: list[float] = []
-            turns: list[float] = []
-            middles: list[tuple[float, float, float]] = []
-            for side, (a, b) in enumerate(zip(now[g], later[g], strict=True)):
-                mx, my, radius = contacts.around[g][side]
-                places = [(float(p[0] + p[2] * mx - p[3] * my), float(p[1] + p[3] * mx + p[2] * my)) for p in (a, b)]
-                turn = abs(float(a[2] * b[3] - a[3] * b[2])) / ahead
-                speeds.append(math.dist(*places) / ahead)
-                turns.append(turn)
-                middles.append((*places[0], radius))
-            (ax, ay, ar), (bx, by, br) = middles
-            apart = float(np.hypot(ax - bx, ay - by)) - ar - br
-            fast = max(sum(speeds), LEAST_DIVISOR)
-            near = TURN / max(*turns, LEAST_DIVISOR)
-            if gap.first.skin.bends or gap.second.skin.bends:
-                near = min(near, WAY * min((size for size in (ar, br) if size > 0.0), default=ar) / fast)
-            found = min(found, max(apart, 0.0) / fast + near)
-        return float(found)
+        now, later = self._poses(tau, x), self._poses(tau + ahead, x + ahead * rate)
+        (x0, y0), (x1, y1) = bodies.middles(now), bodies.middles(later)
+        speeds, turns = np.hypot(x1 - x0, y1 - y0) / ahead, np.abs(now[2] * later[3] - now[3] * later[2]) / ahead
+        a, b = bodies.first, bodies.second
+        fast = np.maximum(speeds[a] + speeds[b], LEAST_DIVISOR)
+        near = TURN / np.maximum(np.maximum(turns[a], turns[b]), LEAST_DIVISOR)
+        one, other = bodies.around[a, 2], bodies.around[b, 2]
+        smaller = np.where(np.minimum(one, other) > 0.0, np.minimum(one, other), np.maximum(one, other))
+        near = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(near, WAY * smaller / fast), near)
+        return float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near))
 
-    def _poses(self, tau: float, x: FloatArray) -> list[tuple[Sequence[float], Sequence[float]]]:
-        there = self.course.at(tau).values(x[None])
-        contacts = self.course.contacts
-        return [
-            (contacts.pose(gap.first, there), contacts.pose(gap.second, there))  # type: ignore[misc]
-            for gap in contacts.rows.gaps
-        ]
+    def _poses(self, tau: float, x: FloatArray) -> FloatArray:
+        """(4, B) where outlines are."""
+        return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
     def seen(
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
@@ -149,8 +132,11 @@ class Going:
         """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
         hold too, there is none of both.)
         """
-        now = self._now(tau, x)
+        now = self._now(tau, x, self.course.closed)
         found = moved(now, self.which)
+        if found.v is None:  # what is closed but for a rounding jams only if it comes to be closed
+            now = self._now(tau, x, self.course.barely)
+            found = moved(now, self.which)
         if found.v is None:
             return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
@@ -164,16 +150,16 @@ class Going:
         """Leave out what has opened since the phase began: it has to close before it holds."""
         if not self.loose:
             return
-        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).values
+        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).first().values
         loose = set(self.loose)
         near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
         self.loose = tuple(contact for contact in near if contact in loose)
         self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
 
-    def _now(self, tau: float, x: FloatArray) -> Instant:
-        """The instant, without contacts that have opened since the phase began."""
+    def _now(self, tau: float, x: FloatArray, closed: float) -> Instant:
+        """The instant, without contacts that have opened since the phase began: by more than ``closed``."""
         now, lines = self.course.seen(tau, x, self.touching, False)
-        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > self.course.closed]
+        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > closed]
         if not gone:
             return now
         least, rows = now.least.copy(), now.pushes.copy()
@@ -210,5 +196,5 @@ class Going:
         return bad, step.at(bad)
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
-        found = moved(self._now(tau, step.at(tau)), self.which)
+        found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
         return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))

@@ -25,6 +25,11 @@ from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, P
 from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
 
 MOST_EVENTS = 20_000
+EACH = 3
+"""The nodes that the path has to come to: the motion turns little between two, and steps are bounded by what they see.
+"""
+MERGED = 3
+"""So many phases in a row that lead nowhere are one event."""
 AT_ONCE = 60
 """So many phases in a row that lead nowhere: contacts that accumulate."""
 
@@ -43,16 +48,17 @@ def gone_on(
     parts: list[NodeTrack] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands = 0
+    stands, again = 0, frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     before: tuple[PartPair, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
+    aims = np.unique(np.append(nodes[::EACH], nodes[-1]))
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
         passed = _passed(course, tau, x, tips, before, left)
-        going, blocked = _begun(course, tau, x, touching, passed, opened)
+        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
@@ -65,7 +71,7 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.concatenate([[tau], nodes[nodes > tau]])
+        grid = np.concatenate([[tau], aims[aims > tau]])
         part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
@@ -78,11 +84,14 @@ def gone_on(
         stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
         tau, x = event.tau, part.values[-1]
         left, opened = event.left, event.opened
+        again = (again if stands else frozenset[PartPair]()) | opened
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
         touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
         touching = list(dict.fromkeys([*touching, *going.held]))
+        if stands >= MERGED:  # what opens whenever it begins has opened
+            touching = [contact for contact in touching if contact not in again]
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
     told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
     if why is PushEnd.JAM:
@@ -99,12 +108,12 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
     values = contacts.values(problem, x[None])[0]
     size = course.plan.size
     broken = [contact for contact in contacts.plain if not values[contact.kind] >= -PUSH_OVERLAP * size]
-    deep = overlapping(contacts, problem.values(x[None]), values, PUSH_OVERLAP * size)
+    deep = overlapping(contacts, contacts.bodies.poses(problem.inputs, x[None])[:, 0], values, PUSH_OVERLAP * size)
     if not broken and not deep:
         return None
     why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
     if broken:  # those that contradict each other
-        lines = contacts.lines(contacts.plain, problem, x[None])
+        lines = contacts.lines(contacts.plain, problem, x[None]).first()
         rows = problem.jacobian(x[None])[0]
         found = moved(Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values))
         if found.v is None:
@@ -122,21 +131,27 @@ def _begun(
     touching: Sequence[PartPair],
     passed: frozenset[PartPair],
     opened: frozenset[PartPair],
+    before: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
     """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
-    have ``opened``; or what jams.
+    have ``opened``; or what jams. What has held ``before`` is the first guess.
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
-    found = moved(now)
+    found = moved(now, np.array([k for k, contact in enumerate(some) if contact in before], dtype=np.intp))
     if found.v is None:
+        values = course.contacts.lines(some, course.at(tau), x[None]).values[0]
+        apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
+        if apart:  # they are closed but for a rounding, and jam only if they come to be closed
+            rest = [contact for contact in touching if contact not in apart]
+            return _begun(course, tau, x, rest, passed, opened, before)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
     which = [
         k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
     ]
     problem = course.at(tau)
-    values = course.contacts.lines([some[k] for k in which], problem, x[None]).values
+    values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
     wanted = course.contacts.wanted(problem, x[None])
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
@@ -161,12 +176,14 @@ def _passed(
     ``before`` goes on, or else what has the most of its parts left.
     """
     passed = set(left)
+    every = sorted({contact for tip in tips for contact in tip} - left)
+    along = dict(zip(every, course.contacts.lines(every, course.at(tau), x[None]).along[0].tolist(), strict=True))
+    held = set(before)
     for tip in tips:
         some = sorted(tip - left)
         if len(some) > 1:
-            along = course.contacts.lines(some, course.at(tau), x[None]).along
-            best = max(range(len(some)), key=lambda k: (some[k] in before, along[k]))
-            passed.update(contact for contact in some if contact != some[best])
+            best = max(some, key=lambda contact: (contact in held, along[contact]))
+            passed.update(contact for contact in some if contact != best)
     return frozenset(passed)
 
 
