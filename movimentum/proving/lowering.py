@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
-from movimentum.expressions import Expr, symbols
+from movimentum.expressions import Expr, rational_value, symbols
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
 from movimentum.tolerances import GUESSED_DIRECTION
@@ -157,6 +157,8 @@ class Lowering:
     def _opaque(self, node: Expr) -> Quotient:
         if node.op == "atan2d" and (degrees := self._degrees(node)) is not None:
             return self.tower.number(degrees)
+        if not symbols(node) and not node.timed and (number := rational_value(node)) is not None:
+            return self.tower.number(number)
         if not symbols(node) and node.op not in ("integral", "derivative", "reduction"):
             return self.tower.free(node)  # time alone tells it, or a constant
         raise NotAlgebraic(f"{WORDS.get(node.op, f'`{node.op}`')} is not algebraic")

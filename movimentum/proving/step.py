@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from movimentum.expressions import Expr, symbol, symbols
+from movimentum.expressions import Expr, sub, symbol, symbols
 from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
 from movimentum.proving.chain import Chain
@@ -13,6 +14,7 @@ from movimentum.proving.claims import (
     SidesApart,
     amount,
     differences,
+    film_value,
     moved,
     reached,
     rests_on_lengths,
@@ -76,6 +78,31 @@ class ClaimInStep:
                 many = " and " in choice
                 return f"{choice} {'are on their other sides' if many else 'is on its other side'}"
         return None
+
+    def off_at(self, tau: float) -> bool:
+        """Whether the claim fails at a pose of the film, as exact numbers tell."""
+        claim, count = self.held.claim, len(self.held.claim.left)
+        sides = lowered(self.motion, [*claim.left, *claim.right])
+        if not self._fails(
+            [film_value(self.motion, tau, sub(*pair)) for pair in zip(sides[:count], sides[count:], strict=True)]
+        ):
+            return False
+        left, right = self._stated(tau, tau, loose=True)
+        ways = [component[0] for component in differences(self._known, left, right)]
+        exact = [amount(self._point(), way) for way in ways if way.whole is not None]
+        known = [balls.as_float(each) for each in exact if each is not None]
+        return len(known) < count or self._fails(known)
+
+    def _fails(self, apart: Sequence[float]) -> bool:
+        """Whether sides that are ``apart`` by this, left minus right, break the claim."""
+        match self.held.claim.relation:
+            case Relation.EQUAL:
+                return math.hypot(*apart) > self._allowed
+            case Relation.BELOW:
+                off = apart[0]
+            case _:
+                off = -apart[0]
+        return off >= 0.0 if self.held.claim.strict and self.held.claim.tolerance is None else off > self._allowed
 
     def _stated(self, low: float, high: float, *, loose: bool) -> tuple[list[Expr], list[Expr]]:
         """The claim's sides in the unknowns of its chain, which is made here."""

@@ -90,7 +90,7 @@ def test_a_mechanism_that_is_flat_for_ever_is_proved():
 
 
 def test_a_degenerate_pose_is_named():
-    almost = FLAT.format(c="100 + 1e-28", drive=0, within=1)  # two solutions 1e-13 px apart
+    almost = FLAT.format(c="100 + 1e-28*.sqrt(2)", drive=0, within=1)  # 1e-13 px apart
     assert [one.verdict for one in judged(almost)] == [ProofVerdict.UNKNOWN] * 2
     assert all("where two solutions for `Coupler` meet" in one.why for one in judged(almost))
 
@@ -215,6 +215,69 @@ def test_lengths_that_may_pass_zero(claim, verdicts):
 )
 def test_no_constant_is_known_by_its_digits(claim, same):
     assert (judged(LENGTHS.format(claim=claim))[0].verdict in PROVED) is same
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        ".exp(1 + 1e-20)*Dot.O.x = .exp(1)*Dot.O.x",
+        ".ln(2 + 1e-20)*Dot.O.x = .ln(2)*Dot.O.x",
+        ".atan2(1, 3 + 1e-20)*Dot.O.x = .atan2(1, 3)*Dot.O.x",
+        ".cos(.exp(1 + 1e-20))*Dot.O.x = .cos(.exp(1))*Dot.O.x",
+        "2^(2 + 5e-17)*Dot.O.x = 4*Dot.O.x",
+        ".exp(.t*(2 + 1e-20))*Dot.O.x = .exp(.t*2)*Dot.O.x",
+        ".cos(.t*(2 + 1e-20))*Dot.O.x = .cos(.t*2)*Dot.O.x",
+        ".mod(7 + 1e-20, 3)*Dot.O.x = .mod(7, 3)*Dot.O.x",
+        ".exp(1 + 1e-20) = .exp(1)",
+        ".exp(1 + 1e-20) <= .exp(1) + 1e-30",
+    ],
+)
+def test_what_functions_are_of_is_not_known_by_its_digits(claim):
+    assert judged(LENGTHS.format(claim=claim))[0].verdict not in PROVED
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict"),
+    [
+        ("(1 + 5e-17 - 1)*10^17 = 5", "proved"),
+        ("(1 + 5e-17 - 1)*10^17 = 0", "false"),
+        ("(1 + 5e-17 - 1)*10^17*Dot.O.x = 5*Dot.O.x", "proved"),
+        ("1 < 1 + 1e-20", "proved"),
+        ("1 + 1e-20 <= 1", "false"),
+        ("1 + 1e-20 <= 1 .within(1e-19)", "proved"),
+        ("1 + 1e-20 = 1 .within(1e-21)", "false"),
+        ("10^17 + 1 = 10^17", "false"),
+        ("[1/3, .sqrt(2)]*3 = [1, .sqrt(18)]", "proved"),
+        ("[1/3, .sqrt(2)]*3 = [1, .sqrt(18 + 1e-30)]", "false"),
+        (".sqrt(2)*.sqrt(3) = .sqrt(6)", "proved"),
+        (".sqrt(2) + .sqrt(3) = .sqrt(5 + 2*.sqrt(6))", "proved"),
+        (".sqrt(2) + .sqrt(3) < 3.14626436994197235", "proved"),
+        (".sqrt(2) + .sqrt(3) < 3.14626436994197233", "false"),
+        (".sqrt(2) = 1.4142135623730951", "false"),
+        (".pi < 3.14159265358979324", "proved"),
+        (".pi = 3.141592653589793", "false"),
+        (".sin(30) = 0.50000000000000001", "false"),
+        (".max(1, 1 + 1e-20) = 1 + 1e-20", "proved"),
+        (".exp(.ln(2)) = 2", "unknown"),
+    ],
+)
+def test_constants_are_decided_exactly(claim, verdict):
+    (one,) = judged(LENGTHS.format(claim=claim))
+    assert one.verdict.value == verdict
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdicts"),
+    [
+        ("((Dot.O.x + 1e-14) - Dot.O.x)*1e16 = 100", PROVED),
+        ("((Dot.O.x + 1e-14) - Dot.O.x)*1e16 < 101", PROVED),
+        ("((Dot.O.x + 1e-14) - Dot.O.x)*1e16 = 101", (ProofVerdict.FALSE,)),
+        ("(.sqrt(1 + 5e-17)^2 - 1)*10^17*Dot.O.x = 5*Dot.O.x", PROVED),
+        ("(.sqrt(Dot.O.x^2 + 1e-12)^2 - Dot.O.x^2)*10^12 = 1", PROVED),
+    ],
+)
+def test_what_the_film_rounds_is_not_false(claim, verdicts):
+    assert judged(LENGTHS.format(claim=claim))[0].verdict in verdicts
 
 
 @pytest.mark.parametrize(
