@@ -236,8 +236,8 @@ def _fold(value: float, op: str, *args: Expr) -> Expr:
 
 
 def _fold_sum(value: float, a: Expr, b: Expr) -> Expr:
-    """The const a + b, ``value`` in floats: where most digits cancel and one of the two had been rounded, what the exact
-    numbers give, so that `1 + 5e-17 - 1` is 5e-17.
+    """The const a + b, ``value`` in floats: where most digits cancel and one of the two had been rounded, what the
+    exact numbers give, so that `1 + 5e-17 - 1` is 5e-17.
     """
     if abs(value) * _CANCELLED < abs(a.value or 0.0) and (a.origin or b.origin) is not None:
         exact = rational_value(Expr("add", (a, b)))

@@ -83,9 +83,7 @@ class Prover:
         return Judgement(held, ProofVerdict.UNKNOWN, why=found if broken is None else ROUNDED)
 
     def _only_rounded(self, held: HeldClaim, time: float) -> bool:
-        """Whether a claim that is off in the film at a ``time`` is so by rounding only: with more digits it is not, or it
-        is at a pose that is computed exactly.
-        """
+        """Whether a claim that is off in the film at a ``time`` is so by rounding only."""
 
         def off(chains: Chains) -> bool:
             for motion, low, high in self._parts(held):

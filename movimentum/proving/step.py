@@ -83,9 +83,8 @@ class ClaimInStep:
         """Whether the claim fails at a pose of the film, as exact numbers tell."""
         claim, count = self.held.claim, len(self.held.claim.left)
         sides = lowered(self.motion, [*claim.left, *claim.right])
-        if not self._fails(
-            [film_value(self.motion, tau, sub(*pair)) for pair in zip(sides[:count], sides[count:], strict=True)]
-        ):
+        apart = [sub(a, b) for a, b in zip(sides[:count], sides[count:], strict=True)]
+        if not self._fails([film_value(self.motion, tau, each) for each in apart]):
             return False
         left, right = self._stated(tau, tau, loose=True)
         ways = [component[0] for component in differences(self._known, left, right)]
@@ -128,6 +127,9 @@ class ClaimInStep:
             component = [way for way in component if not way.whole_turns(chain.motion, chain.tau)]
             found = tried(point, component, self.most)
             if not found.proved:
+                if chain.opaque:
+                    why = f"{chain.opaque} is not algebraic, and no proof was found that holds whatever it gives"
+                    return Judgement(self.held, ProofVerdict.UNKNOWN, why=why)
                 if chain.loosened:
                     return Judgement(self.held, ProofVerdict.UNKNOWN, why=found.why)  # of more than the mechanism
                 return self._unproved(chain, ways, found.broken, found.why)
@@ -246,6 +248,9 @@ class ClaimInStep:
 
     def _counterexample(self, chain: Chain, ways: Sequence[Sequence[SidesApart]]) -> tuple[TowerPoint, float] | None:
         """Another position that breaks the claim by more than its tolerance, and by how much."""
+        ways = [usable for each in ways if (usable := [way for way in each if _genuine(chain, way)])]
+        if not ways:
+            return None
         return self._worst(
             chain, lambda point: self._size(point, ways) if any(_off(point, each) for each in ways) else 0.0
         )
@@ -263,8 +268,7 @@ class ClaimInStep:
         return next(((point, size) for size, k, point in broken if reached(chain, k)), None)
 
     def _size(self, point: TowerPoint, ways: Sequence[Sequence[SidesApart]]) -> float:
-        sizes = [abs(balls.as_float(found)) for component in ways if (found := amount(point, component[0])) is not None]
-        return max(sizes, default=0.0)
+        return max((_amount(point, component[0]) for component in ways), default=0.0)
 
     def _pose(self, point: TowerPoint) -> dict[str, tuple[float, float]]:
         """Where the claim's anchors are, as far as the tower knows."""
@@ -314,8 +318,20 @@ class ClaimInStep:
             found = amount(point, way)
             return -balls.as_float(found) if found is not None and found[0] + found[1] < 0 else 0.0
 
-        worst = self._worst(chain, below)
+        genuine = chain.genuine(way.whole.top, way.whole.bottom)
+        worst = self._worst(chain, below) if genuine else None
         return self._in_film(*worst) if worst else Judgement(self.held, ProofVerdict.UNKNOWN, why=BOUNDS)
+
+
+def _genuine(chain: Chain, way: SidesApart) -> bool:
+    return chain.genuine(way.top) if way.whole is None else chain.genuine(way.whole.top, way.whole.bottom)
+
+
+def _amount(point: TowerPoint, way: SidesApart) -> float:
+    """How far apart sides are at a point, directions in degrees; 0 where that is not known."""
+    found = amount(point, way)
+    apart = 0.0 if found is None else balls.as_float(found)
+    return abs(apart) if way.whole is not None else math.degrees(math.acos(max(-1.0, min(1.0, 1.0 + apart))))
 
 
 def _off(point: TowerPoint, component: Sequence[SidesApart]) -> bool:

@@ -353,3 +353,75 @@ def test_the_command(tmp_path):
     (claim,) = json.loads(done.stdout)["claims"]
     assert claim["verdict"] == "false"
     assert set(claim["counterexample"]) == {"AP.P"}
+
+
+TABLE = """
+Crank : .bar A = [100,100] B = A + [50,0];
+Coupler : .plate B = [0,0] P = B + [60,40] C = B + [130,0];
+Rocker : .bar D = [220,100] C = D + [110,0];
+Dot : .disc(3) O = [40,50];   Far : .disc(3) O = [40,50];   Arm : .bar O = [300,200] E = O + [40,0];
+@0 Crank.A = [100,100]; Crank.angle = 30 + 2*{law}(60*.t){more}; Coupler.B = Crank.B; Rocker.C = Coupler.C;
+   Rocker.D = [220,100]; Rocker.C.y > 100; Arm.O = [300,200]; Arm.angle = {law}(Rocker.angle){more};
+   Dot.O = [40, 60 + {law}(Crank.angle){more}]; Far.O = [60, 60 + 2*{law}(Crank.angle){more}];
+   .claim {claim};
+@2
+"""
+LAWS = {"table": (".table('law.csv', 'lift', ", ").periodic"), "smooth": (".table('law.csv', 'lift', ", ").periodic.smooth"),
+        "max": (".max(3, ", ")"), "ease": ("40*.ease(1/100*", ")"), "exp": (".exp(0.01*", ")")}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(
+    ("claim", "verdicts"),
+    [
+        ("(Coupler.P - Crank.B).l^2 = 60^2 + 40^2", PROVED),
+        ("50*.cos(Crank.angle) + 130*.cos(Coupler.angle) = 120 + 110*.cos(Rocker.angle)", PROVED),
+        ("50*.cos(Crank.angle) + 130*.cos(Coupler.angle) = 121 + 110*.cos(Rocker.angle)", (ProofVerdict.FALSE,)),
+        ("Far.O.y - 60 = 2*(Dot.O.y - 60)", PROVED),
+        ("Far.O.y - 60 = 2*(Dot.O.y - 61)", (ProofVerdict.FALSE,)),
+        ("Dot.O.y - 60 = LAW(Crank.angle)MORE", PROVED),
+        ("(Arm.E.x - 300)^2 + (Arm.E.y - 200)^2 = 40^2", PROVED),
+        ("Arm.E.x - 300 = 40*.cos(LAW(Rocker.angle)MORE)", PROVED),
+        ("Arm.E.x - 300 = 40*.cos(LAW(Rocker.angle + 1)MORE)", (ProofVerdict.FALSE,)),
+        ("Dot.O.y >= -1000", (ProofVerdict.UNKNOWN,)),
+    ],
+)
+def test_what_does_not_rest_on_a_table_is_proved(law, claim, verdicts, tmp_path):
+    """Functions that are not algebraic are any numbers to a proof, equal ones of equal arguments."""
+    (tmp_path / "law.csv").write_text(
+        "angle,lift\n0,0\n60,12\n120,30\n180,22\n240,14\n300,5\n360,0\n", encoding="utf-8"
+    )
+    name, more = LAWS[law]
+    text = TABLE.format(claim=claim.replace("LAW", "{law}").replace("MORE", "{more}"), law="{law}", more="{more}")
+    text = text.replace("{law}(", name).replace("){more}", more)
+    found, _ = proofs(SourceText(str(tmp_path / "law.mov"), text), Choices(), 60.0)
+    (one,) = found
+    assert one.verdict in verdicts, one
+
+
+RANGE = """
+Crank : .bar A = [100,100] B = A + [40,0];
+Coupler : .bar B = [0,0] C = B + [130,0];
+Rocker : .bar D = [220,100] C = D + [110,0];
+@0 Crank.A = [100,100]; Crank.angle = 30 + 60*.t; Coupler.B = Crank.B; Rocker.C = Coupler.C; Rocker.D = [220,100];
+   Rocker.C.y > 100; w + 20*.sin(w) = 60*.t;
+   .claim {claim};
+@6
+"""
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        "Rocker.angle <= 170",
+        "Rocker.angle >= 10",
+        "Coupler.angle*.pi/180 >= -2",
+        ".abs(.sin(w)) <= 1",
+        ".sin(w)^2 + .cos(w)^2 <= 1.001",
+        ".abs(w - 60*.t) <= 20",
+    ],  # fmt: skip
+)
+def test_no_position_is_told_that_the_mechanism_has_not(claim):
+    """An angle that the mechanism finds has no other values than it finds."""
+    (one,) = judged(RANGE.format(claim=claim))
+    assert one.verdict in (ProofVerdict.UNKNOWN, *PROVED), one
