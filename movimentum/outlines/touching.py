@@ -363,4 +363,3 @@ def _about_bowls(skin: Skin) -> FloatArray:
     out: FloatArray = radius * np.cos(some) * small
     reach: FloatArray = radius * np.maximum(np.sin(some) + (1.0 - np.cos(some)) * small, ~small)
     return np.column_stack([x + out * np.cos(turn), y + out * np.sin(turn), reach])
-

@@ -61,7 +61,7 @@ class Dogs:
     def turned(self, times: np.ndarray) -> list[np.ndarray]:
         """How far each wheel has turned (degrees), at times that have the turning points among them."""
         found = [self.swing * np.sin(0.5 * math.pi * times)]
-        for k in range(1, self.wheels):
+        for _k in range(1, self.wheels):
             apart = 40.0  # the pin before is so far behind; the other way round it comes to the far side
             ahead, behind = apart - self.free, 360.0 - apart - self.free
             drive = found[-1] + 0.5 * (behind - ahead)
@@ -88,10 +88,28 @@ class Latch:
         catch = polygon(
             "Catch",
             (100.0, 60.0),
-            [(100.0, 60.0), (100.0 + run, 60.0 - self.depth), (104.0 + run, 60.0 - self.depth), (104.0 + run, 90.0), (100.0, 90.0)],
+            [
+                (100.0, 60.0),
+                (100.0 + run, 60.0 - self.depth),
+                (104.0 + run, 60.0 - self.depth),
+                (104.0 + run, 90.0),
+                (100.0, 90.0),
+            ],
             place,
         )
-        door = polygon("Door", (20.0, 30.0), [(20.0, 30.0), (90.0, 30.0), (90.0, 60.0 - self.depth / 2), (80.0, 60.0 - self.depth / 2), (80.0, 40.0), (20.0, 40.0)], place)
+        door = polygon(
+            "Door",
+            (20.0, 30.0),
+            [
+                (20.0, 30.0),
+                (90.0, 30.0),
+                (90.0, 60.0 - self.depth / 2),
+                (80.0, 60.0 - self.depth / 2),
+                (80.0, 40.0),
+                (20.0, 40.0),
+            ],
+            place,
+        )
         dx, dy = (b - a for a, b in zip(place.at(0.0, 0.0), place.at(self.speed, 0.0), strict=True))
         ux, uy = (b - a for a, b in zip(place.at(0.0, 0.0), place.at(0.0, 1.0), strict=True))
         x, y = place.at(20.0, 30.0)
@@ -220,7 +238,9 @@ class Pins:
         where = [_round((0.0, 0.0), crank, first - self.apart * k) for k in range(self.pins)]
         anchors = " ".join(f"P{k} = {place.said(*point)}" for k, point in enumerate(where))
         things = [f"Pin{k} : .disc({self.pin * place.scale:.14g}) C = {place.said(*p)};" for k, p in enumerate(where)]
-        says = [f"Pin{k}.C = Crank.P{k};  Pin{k}.angle = 0;  .gap(Pin{k}, Wheel) >= 0 .pushes;" for k in range(self.pins)]
+        says = [
+            f"Pin{k}.C = Crank.P{k};  Pin{k}.angle = 0;  .gap(Pin{k}, Wheel) >= 0 .pushes;" for k in range(self.pins)
+        ]
         return f"""
             .config({fps}, 400, 200);
             {polygon("Wheel", (100.0, 0.0), points, place)}

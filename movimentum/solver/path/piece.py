@@ -41,7 +41,9 @@ class Piece:
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
     resolved: bool = True
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
-    _before: dict[int, tuple[State, tuple[int, ...]]] = field(default_factory=dict[int, "tuple[State, tuple[int, ...]]"])
+    _before: dict[int, tuple[State, tuple[int, ...]]] = field(
+        default_factory=dict[int, "tuple[State, tuple[int, ...]]"]
+    )
     _still: State | None = None
     _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
     _switching: list[int] = field(default_factory=list[int])

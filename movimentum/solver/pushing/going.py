@@ -14,7 +14,7 @@ from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_BEGUN, PUSH_EVENT, PUSH_LOOK
 
 FIRST_STEP = 0.1
 """Of the time between two nodes."""
@@ -33,6 +33,10 @@ class Seen:
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     jammed: tuple[PartPair, ...] = ()
+
+
+Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
+"""The contacts that open, and those that jam."""
 
 
 class Going:
@@ -117,8 +121,7 @@ class Going:
         last = end[1] if first == end[0] else step.at(first)
         opened = self._opens(first, last)
         if opened is not None:
-            first, last = self._first_opening(step, first)
-            opened = self._opens(first, last) or opened
+            first, last, opened = self._first_opening(step, first, opened)
         if opened is None and closes is None and leaves is None:
             self._forget(*end[:2])
             return None
@@ -128,7 +131,7 @@ class Going:
         self.event = Seen(first, left, gone, jammed)
         return first, last, self.velocity(first, last)
 
-    def _opens(self, tau: float, x: FloatArray) -> tuple[frozenset[PartPair], tuple[PartPair, ...]] | None:
+    def _opens(self, tau: float, x: FloatArray) -> Opened | None:
         """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
         hold too, there is none of both.)
         """
@@ -160,18 +163,15 @@ class Going:
         """The instant, without contacts that have opened since the phase began: by more than ``closed``."""
         now, lines = self.course.seen(tau, x, self.touching, False)
         gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > closed]
-        if not gone:
-            return now
-        least, rows = now.least.copy(), now.pushes.copy()
-        rows[gone] = 0.0
-        least[gone] = 0.0
-        return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
+        return now.without(gone) if gone else now
 
-    def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, FloatArray]:
-        """The time from which on something that holds opens, or nothing may move, and the core values there.
+    def _first_opening(self, step: PhaseStep, until: float, opened: Opened) -> tuple[float, FloatArray, Opened]:
+        """The time from which on something that holds opens, or nothing may move, the core values there, and what does
+        so; ``opened``: what does ``until``.
 
         Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
-        for on both sides of what is seen.
+        for on both sides of what is seen. What is seen is more than rounding, so in the end it has begun a little
+        before.
         """
         good, bad = step.t0, until
         seen = [(until, self._opening(step, until))]
@@ -184,16 +184,21 @@ class Going:
                 (first, small), (second, large) = seen[-1], seen[-2]
                 begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
                 aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
-                begin = begin - aside if before else begin + aside
-                tau = begin if good < begin < bad else tau
-            opens = self._opens(tau, step.at(tau)) is not None
-            before = opens
-            if opens:
-                bad = tau
+                aim = begin - aside if before else begin + aside
+                tau = aim if good < aim < bad else tau
+            found = self._opens(tau, step.at(tau))
+            before = found is not None
+            if found is not None:
+                bad, opened = tau, found
                 seen.append((tau, self._opening(step, tau)))
             else:
                 good = tau
-        return bad, step.at(bad)
+        first, small = seen[-1]
+        second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
+        if 0.0 < small < large:
+            begin = first - small * (second - first) / (large - small)
+            bad = begin if step.t0 <= begin and bad - begin <= PUSH_BEGUN * step.h else bad
+        return bad, step.at(bad), opened
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
         found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)

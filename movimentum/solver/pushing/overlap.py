@@ -38,9 +38,7 @@ class Overlapping:
     free: tuple[float, float] | None
 
 
-def overlapping(
-    contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float
-) -> list[Overlapping]:
+def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float) -> list[Overlapping]:
     """The gaps of a block that are deeper than ``least`` at one instant: ``poses`` (4, B) of its outlines,
     ``margins`` (K,) those of the inequalities.
     """
