@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from movimentum.diagnostics import Label, replacement
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import ZERO, Expr, const, div, neg, sub, substitute, symbol, walk
+from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
 from movimentum.scene.leaves import ContactPair
-from movimentum.scene.model import AnchorRef, Constraint, Ending, GapSide, Relation
-from movimentum.scene.resolve import ResolvedStatement
+from movimentum.scene.model import AnchorRef, Constraint, Ending, GapSide, Relation, VariableComponent
+from movimentum.scene.resolve import Meaning, ResolvedStatement, VariableUse
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Comparison
 from movimentum.syntax.tree import Option, Statement, Text, Toward
@@ -145,45 +146,36 @@ def mannered(constraint: Constraint, manner: Manner, findings: Findings) -> Cons
     return made
 
 
-def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[GapSide, GapSide], ...]:
-    """The outlines of ``.gap(A, B) >= …``, which then push with all their places; nothing for other values.
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """The one gap of a pushing inequality: its ``call``, and the ``pairs`` of outlines that it is about."""
 
-    Errors (``kind/not-yet``): a gap that is part of a larger expression, or that is to be small.
+    call: Call
+    pairs: tuple[tuple[GapSide, GapSide], ...]
+
+
+def solid_of(resolved: ResolvedStatement) -> Solid | None:
+    """The one gap that a pushing inequality is about, of things or their anchors; None where there is none, where
+    there are several, or where it measures from a value: those push as other values do.
     """
-    statement = resolved.statement
-    pairs = {
-        id(node): pair
+    calls = {
+        id(node): node
         for node in (*resolved.left, *(resolved.right or ()))
-        if isinstance(node, Call) and node.function in ("gap", "on")
-        if isinstance(pair := resolved.meanings.get(id(node)), ContactPair)
+        if isinstance(node, Call) and isinstance(resolved.meanings.get(id(node)), ContactPair)
     }
-    if not pairs:
-        return ()
-    call = statement.left
-    if len(pairs) > 1 or id(call) not in pairs or resolved.relation is not Relation.ABOVE:
-        findings.error(
-            "kind/not-yet",
-            "a gap pushes only where it stands alone on the left, and is to be large enough",
-            statement.span,
-            helps=("write `.gap(Pawl, Wheel) >= 0 .pushes;`", "keep things together with an equation or a cord"),
-        )
-        return ()
-    assert isinstance(call, Call)
-    pair = pairs[id(call)]
+    if len(calls) != 1:
+        return None
+    ((number, call),) = calls.items()
+    pair = resolved.meanings[number]
+    assert isinstance(pair, ContactPair)
+    if call.function not in ("gap", "on"):
+        return None
     anchors: list[GapSide | None] = []
     for things, argument in zip((pair.first, pair.second), call.arguments, strict=True):
-        if things is not None:
-            anchors.append(None)
-        elif isinstance(ref := resolved.meanings.get(id(argument)), AnchorRef):
-            anchors.append(GapSide(ref.thing, ref.anchor))
-        else:
-            findings.error(
-                "kind/not-yet",
-                "only things and their anchors push each other",
-                argument.span,
-                helps=("put an anchor there, such as that of a hidden disc",),
-            )
-            return ()
+        ref = resolved.meanings.get(id(argument))
+        if things is None and not isinstance(ref, AnchorRef):
+            return None
+        anchors.append(GapSide(ref.thing, ref.anchor) if things is None and isinstance(ref, AnchorRef) else None)
 
     def side(number: int, thing: int | None) -> GapSide:
         anchor = anchors[number]
@@ -192,7 +184,32 @@ def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[Ga
         assert anchor is not None
         return anchor
 
-    return tuple((side(0, first), side(1, second)) for first, second in pair.pairs)
+    return Solid(call, tuple((side(0, first), side(1, second)) for first, second in pair.pairs))
+
+
+def as_solid(
+    constraint: Constraint, solid: Solid, lowered: Callable[[Meaning | None], tuple[Expr, Expr] | None]
+) -> Constraint:
+    """``constraint`` as that the gap is to be so large; as it is, if it is to be small, or is not only multiplied and
+    added to. ``lowered`` gives both sides, with something else in place of the gap.
+    """
+    above = constraint.relation is Relation.ABOVE
+    if sides := lowered(VariableUse(_MARK)):
+        total = sub(*sides)
+        mark = symbol(VariableComponent(_MARK, None))
+        share = slope(substitute(total, lambda leaf: PLACE if leaf == mark else None)).value
+        if share is not None and share != 0.0 and (share > 0.0) == above:
+            rest = substitute(total, lambda leaf: ZERO if leaf == mark else None)
+            least = div(neg(rest), const(share))
+            gap = lowered(None)
+            assert gap is not None
+            sides = ((gap[0],), (least,)) if above else ((least,), (gap[0],))
+            return replace(constraint, left=sides[0], right=sides[1], gaps=solid.pairs)
+    return constraint
+
+
+_MARK = ".gap"
+"""No variable's name."""
 
 
 def _has_rate(*roots: Expr) -> bool:
