@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
 
@@ -37,17 +37,17 @@ from movimentum.scene.model import (
     Step,
 )
 from movimentum.scene.pairs import without_word
-from movimentum.scene.pushing import Solid, as_solid, manner_of, mannered, report_both_kinds, solid_of
+from movimentum.scene.pushing import manner_of, mannered, report_both_kinds
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     UNPAINTED,
-    Meaning,
     PropertyUse,
     ResolvedStatement,
     ThingTable,
     VariableUse,
     resolve,
 )
+from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
@@ -353,32 +353,7 @@ def _constraint(
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
     )
-    solid = solid_of(resolved) if statement.option("pushes") is not None else None
-    if solid is not None and statement.left is solid.call and constraint.relation is Relation.ABOVE:
-        constraint = replace(constraint, gaps=solid.pairs)
-    elif solid is not None:
-        constraint = as_solid(constraint, solid, _sides_without(resolved, solid, context))
-    yield constraint
-
-
-def _sides_without(
-    resolved: ResolvedStatement, solid: Solid, context: Context
-) -> Callable[[Meaning | None], tuple[Expr, Expr] | None]:
-    """Both sides of a statement with something else for its gap; or the gap twice."""
-
-    def sides(meaning: Meaning | None) -> tuple[Expr, Expr] | None:
-        if meaning is None:
-            nodes = next(
-                some for some in (resolved.left, resolved.right or ()) if any(node is solid.call for node in some)
-            )
-            nodes = nodes[: next(k for k, node in enumerate(nodes) if node is solid.call) + 1]
-            gap = lower(nodes, resolved.meanings, context)
-            return None if gap is None else (gap[0], gap[0])
-        meanings = {**resolved.meanings, id(solid.call): meaning}
-        left, right = (lower(nodes, meanings, context) for nodes in (resolved.left, resolved.right or ()))
-        return None if left is None or right is None else (left[0], right[0])
-
-    return sides
+    yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
 
 
 def _follows_contact(resolved: ResolvedStatement) -> bool:

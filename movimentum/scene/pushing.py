@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from movimentum.diagnostics import Label, replacement
-from movimentum.expressions import ZERO, Expr, const, div, neg, sub, substitute, symbol, walk
+from movimentum.expressions import ZERO, Expr, add, const, derivative, mul, neg, sub, substitute, walk
 from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
-from movimentum.scene.leaves import ContactPair
-from movimentum.scene.model import AnchorRef, Constraint, Ending, GapSide, Relation, VariableComponent
-from movimentum.scene.resolve import Meaning, ResolvedStatement, VariableUse
+from movimentum.scene.model import Constraint, Ending, Relation
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Comparison
+from movimentum.syntax.expression_tree import Comparison
 from movimentum.syntax.tree import Option, Statement, Text, Toward
 
 
@@ -135,91 +133,36 @@ def mannered(constraint: Constraint, manner: Manner, findings: Findings) -> Cons
         toward=manner.toward,
         weakness=manner.weakness,
     )
-    if made.pushes and _has_rate(*made.left, *made.right) and not is_clutch(made):
-        findings.error(
-            "kind/not-yet",
-            "a rate pushes only on its own, compared with a value without rates",
-            made.span,
-            helps=("write `.d(Wheel.angle) >= 0 .pushes;`",),
-        )
-        return replace(made, pushes=False)
+    if made.pushes and _has_rate(*made.left, *made.right):
+        clutch = _as_clutch(made)
+        if clutch is None:
+            findings.error(
+                "kind/not-yet",
+                "a rate pushes only by itself, or multiplied by a constant and added to others",
+                made.span,
+                helps=("write `.d(Wheel.angle) >= 0 .pushes;`",),
+            )
+            return replace(made, pushes=False)
+        return clutch
     return made
-
-
-@dataclass(frozen=True, slots=True)
-class Solid:
-    """The one gap of a pushing inequality: its ``call``, and the ``pairs`` of outlines that it is about."""
-
-    call: Call
-    pairs: tuple[tuple[GapSide, GapSide], ...]
-
-
-def solid_of(resolved: ResolvedStatement) -> Solid | None:
-    """The one gap that a pushing inequality is about, of things or their anchors; None where there is none, where
-    there are several, or where it measures from a value: those push as other values do.
-    """
-    calls = {
-        id(node): node
-        for node in (*resolved.left, *(resolved.right or ()))
-        if isinstance(node, Call) and isinstance(resolved.meanings.get(id(node)), ContactPair)
-    }
-    if len(calls) != 1:
-        return None
-    ((number, call),) = calls.items()
-    pair = resolved.meanings[number]
-    assert isinstance(pair, ContactPair)
-    if call.function not in ("gap", "on"):
-        return None
-    anchors: list[GapSide | None] = []
-    for things, argument in zip((pair.first, pair.second), call.arguments, strict=True):
-        ref = resolved.meanings.get(id(argument))
-        if things is None and not isinstance(ref, AnchorRef):
-            return None
-        anchors.append(GapSide(ref.thing, ref.anchor) if things is None and isinstance(ref, AnchorRef) else None)
-
-    def side(number: int, thing: int | None) -> GapSide:
-        anchor = anchors[number]
-        if thing is not None:
-            return GapSide(thing)
-        assert anchor is not None
-        return anchor
-
-    return Solid(call, tuple((side(0, first), side(1, second)) for first, second in pair.pairs))
-
-
-def as_solid(
-    constraint: Constraint, solid: Solid, lowered: Callable[[Meaning | None], tuple[Expr, Expr] | None]
-) -> Constraint:
-    """``constraint`` as that the gap is to be so large; as it is, if it is to be small, or is not only multiplied and
-    added to. ``lowered`` gives both sides, with something else in place of the gap.
-    """
-    above = constraint.relation is Relation.ABOVE
-    if sides := lowered(VariableUse(_MARK)):
-        total = sub(*sides)
-        mark = symbol(VariableComponent(_MARK, None))
-        share = slope(substitute(total, lambda leaf: PLACE if leaf == mark else None)).value
-        if share is not None and share != 0.0 and (share > 0.0) == above:
-            rest = substitute(total, lambda leaf: ZERO if leaf == mark else None)
-            least = div(neg(rest), const(share))
-            gap = lowered(None)
-            assert gap is not None
-            sides = ((gap[0],), (least,)) if above else ((least,), (gap[0],))
-            return replace(constraint, left=sides[0], right=sides[1], gaps=solid.pairs)
-    return constraint
-
-
-_MARK = ".gap"
-"""No variable's name."""
 
 
 def _has_rate(*roots: Expr) -> bool:
     return any(node.op == "derivative" for node in walk(*roots))
 
 
-def is_clutch(constraint: Constraint) -> bool:
-    """Whether it is about how fast one value changes: ``.d(value) >= rate``."""
-    (left,) = constraint.left
-    return left.op == "derivative" and not _has_rate(left.args[0], *constraint.right)
+def _as_clutch(constraint: Constraint) -> Constraint | None:
+    """``constraint`` as that one value changes at least so fast, or at most; None where it says something else."""
+    total = sub(constraint.left[0], constraint.right[0])
+    rates = [node for node in walk(total) if node.op == "derivative"]
+    value, rest = ZERO, total
+    for rate in rates:
+        share = slope(substitute(rest, lambda node, rate=rate: PLACE if node == rate else None)).value
+        if share is None or _has_rate(rate.args[0]):
+            return None
+        value = add(value, mul(const(share), rate.args[0]))
+        rest = substitute(rest, lambda node, rate=rate: ZERO if node == rate else None)
+    return replace(constraint, left=(derivative(value),), right=(neg(rest),))
 
 
 def report_both_kinds(items: Sequence[Constraint | Ending], findings: Findings) -> None:
