@@ -171,4 +171,10 @@ def contacts(session: Session, argument: str) -> Answer:
     return session, AnswerWithData(table(rows), found)
 
 
-_TOLD = {"begins": "touch", "ends": "part", "changes": "go on at another place", "jams": "jam"}
+_TOLD = {
+    "begins": "touch",
+    "ends": "part",
+    "changes": "go on at another place",
+    "jams": "jam",
+    "undecided": "meet at their tips, and may go on past either side",
+}

@@ -209,6 +209,10 @@ class Contacts:
         found[other] += touch.normal[some][other] * knobs[pairs.j[other]]
         return found
 
+    def pair(self, contact: PartPair) -> tuple[int, tuple[int, int] | None]:
+        """Whose contact it is: the number of the constraint, and the things."""
+        return self.rows.numbers[self.push(contact)], self.things(contact)
+
     def things(self, contact: PartPair) -> tuple[int, int] | None:
         """The things of a contact of outlines."""
         if contact.gap < 0:

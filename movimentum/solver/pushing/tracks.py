@@ -13,12 +13,15 @@ from movimentum.solver.pushing.overlap import Overlapping
 
 
 class Happening(StrEnum):
-    """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more."""
+    """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more; or it is a
+    matter of chance past which side of each other two corners go on.
+    """
 
     BEGINS = "begins"
     ENDS = "ends"
     CHANGES = "changes"
     JAMS = "jams"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True, slots=True)
