@@ -588,6 +588,8 @@ STEP_OF_DIFFERENCE = 1e-6
 """Of a path's length (or of the scene's size): how far apart the poses are whose difference shows a velocity."""
 SHORTEST_PULL = 1e-6
 """Of a whole step: a pull that would have to be shorter than that to get nearer has come to its end."""
+PULLED = 1e-3
+"""Of the unknowns' scale: the error of a step of what a hand pulls and inequalities push; the next move mends it."""
 SEEMS_ZERO = 1e-6
 """Of the largest velocity beside it: what a report calls zero, so that a slide along x is not one along (1, 1e-9)."""
 ZERO_PIVOT = 1e-7

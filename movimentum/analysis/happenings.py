@@ -101,6 +101,24 @@ class Contact:
     things: tuple[str, ...]
     statement: str
 
+    @property
+    def words(self) -> str:
+        """What happens: "A and B touch", or "begins to hold" of another inequality."""
+        return " ".join([" and ".join(self.things), _WORDS[self.event, bool(self.things)]]).strip()
+
+
+_WORDS = {
+    ("begins", True): "touch",
+    ("ends", True): "part",
+    ("changes", True): "go on at another place",
+    ("jams", True): "jam",
+    ("begins", False): "begins to hold",
+    ("ends", False): "lets go",
+    ("changes", False): "goes on",
+    ("jams", False): "jams",
+    ("undecided", True): "meet at their tips, and may go on past either side",
+}
+
 
 def contacts(motion: PathMotion) -> list[Contact]:
     """All of them, in order of time."""

@@ -21,7 +21,7 @@ from movimentum.expressions.operations import BY_NAME
 from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
 from movimentum.outlines.lengths import Paces, paces
-from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
+from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
 
 PLACE = symbol("place")
 """The parameter."""
@@ -256,6 +256,17 @@ class Contour:
         if not self.closed:
             return 1.0
         return -1.0 if self.doubled or (self.area >= 0.0) != self.hollow else 1.0
+
+    @cached_property
+    def radius(self) -> float | None:
+        """That of a circle about the origin by its angle, counter-clockwise; None for anything else."""
+        if not self.closed or self.breaks != (0.0, 360.0) or self.hollow:
+            return None
+        places = np.linspace(0.0, 330.0, 12)
+        x, y = self.values(places)[:2]
+        radius = float(np.hypot(x[0], y[0]))
+        off = np.hypot(x - radius * np.cos(np.radians(places)), y - radius * np.sin(np.radians(places)))
+        return radius if float(off.max()) <= PIECE_ROUND * radius else None
 
     @cached_property
     def facets(self) -> Facets:

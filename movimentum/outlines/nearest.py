@@ -34,16 +34,28 @@ class Nearest:
     places together stop the shortest way out.
 
     Arguments are (x, y) of the point in the frame of ``first``; or of the origin of ``second`` there, and cosine and
-    sine of how far it is turned.
+    sine of how far it is turned. ``counts``: the rounds of a closed outline count where the place is followed, and
+    everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn.
     """
 
     first: Contour
     second: Contour | None = None
     which: int = 0
+    counts: bool = False
+    drawn: float | None = None
 
     def other(self, which: int) -> Nearest:
         """The place on the other one."""
-        return replace(self, which=which)
+        return replace(self, which=which, counts=False, drawn=None)
+
+    def counted(self, drawn: float | None = None) -> Nearest:
+        """The same with rounds that count."""
+        return replace(self, counts=True, drawn=drawn)
+
+    @property
+    def plain(self) -> Nearest:
+        """The same place, whoever asks for it."""
+        return replace(self, counts=False, drawn=None) if self.counts else self
 
     def place(self, *pose: Expr) -> Expr:
         """The place as an expression."""

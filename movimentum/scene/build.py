@@ -357,14 +357,16 @@ def _constraint(
 
 
 def _follows_contact(resolved: ResolvedStatement) -> bool:
-    """Whether an equation's places of contact are followed. A variable that is the value of a gap only reads it."""
+    """Whether an equation's places of contact are followed. A variable that is the value of a gap only reads it; what
+    counts rounds is read where it is followed.
+    """
     calls = {
         node.function
         for node in (*resolved.left, *(resolved.right or ()))
         if isinstance(resolved.meanings.get(id(node)), ContactPair) and isinstance(node, Call)
     }
     read = isinstance(resolved.meanings.get(id(resolved.statement.left)), VariableUse)
-    return "where" in calls if read else bool(calls)
+    return bool(calls & {"where", "roll"}) if read else bool(calls)
 
 
 def _warn_nothing_to_end(

@@ -73,10 +73,11 @@ def cords_of(item: Constraint) -> list[Cord]:
 @dataclass(frozen=True, slots=True)
 class Bearing:
     """The direction of a vector (``cosine``, ``sine``) in degrees, continuous over time: it begins nearest to
-    ``drawn``. ``about``: whose it is, from one anchor to another, or of a cord and the place of a stop in it.
+    ``drawn``. ``about``: whose it is: from one anchor to another, of a cord and the place of a stop in it, or of a
+    place on a closed outline, which 360 degrees go round.
     """
 
-    about: tuple[AnchorRef, AnchorRef] | tuple[Cord, int]
+    about: tuple[AnchorRef, AnchorRef] | tuple[Cord, int] | ContactPlace
     drawn: float
     sine: Expr = field(compare=False)
     cosine: Expr = field(compare=False)
@@ -84,4 +85,4 @@ class Bearing:
     @property
     def of_cord(self) -> bool:
         """Whether it is that of a part of a cord."""
-        return isinstance(self.about[0], Cord)
+        return isinstance(self.about, tuple) and isinstance(self.about[0], Cord)

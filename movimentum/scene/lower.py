@@ -109,7 +109,7 @@ OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERAT
 class Context:
     """The context for lowering an expression: ``step_time``, ``step_end`` (None: the last step, which has no length)
     and the number of its ``constraint``; ``blanks`` counts the ``_`` of the whole script; ``things`` are the scene's;
-    diagnostics go to ``findings``. ``reduces``: what is read may be reduced over the film, as in goals.
+    diagnostics go to ``findings``. ``reduces``: the words by which what is read may be reduced over the film.
     """
 
     inference: Inference
@@ -119,7 +119,7 @@ class Context:
     constraint: int = -1
     step_end: Fraction | None = None
     things: Sequence[Thing] = ()
-    reduces: bool = False
+    reduces: frozenset[str] = frozenset()
 
 
 def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
@@ -328,8 +328,8 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
             return tuple(integral(part, context.step_time) for part in arguments[0])
         case "d":
             return tuple(derivative(part) for part in arguments[0])
-        case word if is_reduction(node) and (context.reduces or word not in ("min", "max")):
-            return reduced(node, arguments, context.findings, allowed=context.reduces)
+        case word if is_reduction(node) and (word in context.reduces or word not in ("min", "max")):
+            return reduced(node, arguments, context.findings, allowed=word in context.reduces)
         case "min" | "max":
             return (paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
         case _:

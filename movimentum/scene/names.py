@@ -49,6 +49,8 @@ def symbol_name(scene: Scene, payload: Hashable) -> str:
             match payload.about:
                 case (Cord() as cord, int() as stop):
                     return f"the turn of {symbol_name(scene, cord)} at {_stop_name(scene, cord.stops[stop])}"
+                case ContactPlace():
+                    return "(the rounds of a contact)"
                 case (AnchorRef() as start, AnchorRef() as end):
                     return f".a([1, 0], {anchor_name(scene, end)} - {anchor_name(scene, start)})"
         case Cord(stops, grips):

@@ -17,7 +17,7 @@ from movimentum.syntax.expression_tree import (
     postorder,
 )
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import ClaimStatement, Purpose
+from movimentum.syntax.tree import ClaimStatement
 from movimentum.syntax.words import REDUCTIONS
 
 
@@ -28,7 +28,7 @@ def is_reduction(node: Call) -> bool:
 
 def at_one_time(statement: ClaimStatement) -> ClaimStatement:
     """``.goal P = [100, 150] .at(0.5);`` is about ``P.at(0.5)``: a place does not move, so its time is the goal's."""
-    if statement.purpose is Purpose.CLAIM or _reduces(statement.left):
+    if _reduces(statement.left):
         return statement
     target, time = _without_time(statement.right)
     moves = _moves(target, Name, Clock)

@@ -8,11 +8,11 @@ from itertools import islice
 
 import numpy as np
 
-from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by, held_block
 from movimentum.analysis.interactive.placing import Placing
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Free, simultaneous
+from movimentum.planning.blocks.kinds import Free, Pushing, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
@@ -65,29 +65,35 @@ class Grip:
         lowered = lowered_expressions(plan.system, left)
         values = tuple(in_what_moves(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
         self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
-        self._target = [0.0] * len(values)
+        self._target = np.zeros(len(values))
+        self._begin = np.zeros(len(values))
+        self._whole = True
         reads = symbol_numbers(*values)
         found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
         block = None if found is None else simultaneous(found)
-        self._held = None
+        self._held: HeldBlock | None = None
         self._placing: Placing | None = None
         if isinstance(block, Free):
+            self._whole = not isinstance(block, Pushing)
             drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
             watched = None
             if drawn.wishes is not None:
                 drawn = replace(drawn, wishes=replace(drawn.wishes, errors=self._minus_target(drawn.wishes.errors)))
             else:
                 watched = [self._minus_target(function, (i,)) for i, function in enumerate(self._functions)]
-            self._held = HeldBlock(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
+            self._held = held_block(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
             self.x = self._held.x
 
     def _minus_target(self, function: Compiled, places: Sequence[int] | None = None) -> Compiled:
-        """``function``, whose values are the grip's expressions (those at ``places``), less their targets."""
-        target = self._target
-        chosen = range(len(target)) if places is None else places
+        """``function``, whose values are the grip's expressions (those at ``places``), less where they should be: at
+        their targets, or at a part of the way there (see `PushedBlock`).
+        """
+        chosen = range(len(self._target)) if places is None else places
 
         def errors(u: State, k: Sequence[FloatArray], g: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
-            return tuple(value - target[i] for i, value in zip(chosen, function(u, k, g), strict=True))
+            left = 0.0 if self._whole else 1.0 - k[-1]
+            wanted = [self._target[i] - left * (self._target[i] - self._begin[i]) for i in chosen]
+            return tuple(value - there for value, there in zip(function(u, k, g), wanted, strict=True))
 
         return errors
 
@@ -108,10 +114,15 @@ class Grip:
         """The distance from the last target."""
         if self._held is not None:
             return self._held.off(self.x)
-        instants = self.piece.instants(np.array([self.tau]))
-        state, _ = self.piece.evaluate(instants)
-        values = [first_of(function(state, instants.clocks)[0]) for function in self._functions]
-        return float(np.linalg.norm(np.subtract(values, self._target)))
+        return float(np.linalg.norm(self._values() - self._target))
+
+    def _values(self) -> FloatArray:
+        if self._held is not None:
+            state, clocks = self._held.placed(self.x)
+        else:
+            instants = self.piece.instants(np.array([self.tau]))
+            (state, _), clocks = self.piece.evaluate(instants), instants.clocks
+        return np.array([first_of(function(state, clocks)[0]) for function in self._functions])
 
     def move(self, target: Sequence[float], steps: int = STEPS_A_MOVE) -> int:
         """Pull toward ``target``, one number for each expression; returns the number of steps taken, at most ``steps``.
@@ -125,7 +136,7 @@ class Grip:
         return [self.pose(), *(self.pose() for _ in self._steps(target, steps))]
 
     def _steps(self, target: Sequence[float], steps: int) -> Iterator[None]:
-        self._target[:] = target
+        self._begin, self._target = self._values(), np.array(target, dtype=np.float64)
         held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return
@@ -136,7 +147,7 @@ class Grip:
             self.x = y
             yield
             before, off = off, held.off(y)
-            if off <= ARRIVED * size or before - off <= ARRIVED * size:
+            if off <= ARRIVED * size or (before - off <= ARRIVED * size and not held.detours):
                 return
 
     def placements(self) -> FloatArray:

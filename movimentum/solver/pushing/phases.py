@@ -36,6 +36,13 @@ AT_ONCE = 60
 
 def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float) -> PushTrack:
     """The track of a block from core values ``x`` (n,) at the first node on."""
+    return _wrong_at_once(course, float(nodes[0]), x) or gone_on(course, x, nodes, until)
+
+
+def gone_on(
+    course: PushCourse, x: FloatArray, nodes: FloatArray, until: float, tolerance: float = FREE_MOTION_STEP
+) -> PushTrack:
+    """The same from a pose in which nothing overlaps. ``tolerance``: see `drift`."""
     tau = float(nodes[0])
     end = min(until, float(nodes[-1]))
     parts: list[NodeTrack] = []
@@ -48,9 +55,6 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
     aims = np.unique(np.append(nodes[::EACH], nodes[-1]))
-    wrong = _wrong_at_once(course, tau, x)
-    if wrong is not None:
-        return wrong
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
         passed, undecided = _passed(course, tau, x, tips, before, left)
@@ -69,7 +73,7 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
         if tau >= end:
             break
         grid = np.concatenate([[tau], aims[aims > tau]])
-        part = drift(going, x, course.scale, grid, end, FREE_MOTION_STEP, watch=going)
+        part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
         event = going.event
