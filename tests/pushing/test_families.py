@@ -4,6 +4,7 @@ drives, followers that land, touches that are hardly any; and each the same howe
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 import re
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 from tests.pushing.families import Counter, Dogs, Latch, Pins, block
 from tests.pushing.scripts import PLACES, Geneva, Place, Ratchet
 
@@ -25,7 +27,7 @@ def errors(text: str) -> list[mv.Diagnostic]:
 # --- lost motion
 
 
-@pytest.mark.parametrize(("wheels", "swing"), [(2, 400.0), (3, 700.0), (3, -700.0), (4, 1500.0)])
+@broad(("wheels", "swing"), [(2, 400.0), (3, 700.0), (3, -700.0), (4, 1500.0)], first=1)
 def test_wheels_with_dogs_take_each_other_along(wheels: int, swing: float) -> None:
     dogs = Dogs(wheels, swing)
     place = PLACES[wheels]
@@ -38,8 +40,7 @@ def test_wheels_with_dogs_take_each_other_along(wheels: int, swing: float) -> No
 # --- latches
 
 
-@pytest.mark.parametrize(("slope", "depth"), [(0.5, 8.0), (1.0, 8.0), (2.0, 10.0), (0.2, 5.0)])
-@pytest.mark.parametrize("place", PLACES)
+@broad(("slope", "depth", "place"), list(itertools.product((0.5, 1.0, 2.0), (5.0, 9.0), PLACES)), every=11)
 def test_a_door_lifts_its_latch(slope: float, depth: float, place: Place) -> None:
     latch = Latch(slope, depth)
     motion = mv.loads(latch.text(place)).solve()
@@ -50,7 +51,7 @@ def test_a_door_lifts_its_latch(slope: float, depth: float, place: Place) -> Non
     assert lift[-1] < 0.3 * np.nanmax(truth)  # it falls behind the door
 
 
-@pytest.mark.parametrize("place", PLACES)
+@broad("place", PLACES, every=5)
 def test_a_latched_door_does_not_come_back(place: Place) -> None:
     latch = Latch(1.0, 9.0)
     (error,) = errors(latch.text(place, back=True))
@@ -82,7 +83,7 @@ def test_counters_carry(slots: int, wheels: int, turns: int) -> None:
         assert place.sense * motion[f"W{wheel}.angle"][-1] == pytest.approx(truth, abs=1e-8)
 
 
-@pytest.mark.parametrize(("slots", "pins"), [(3, 3), (4, 1), (4, 2), (5, 2), (6, 2), (8, 2)])
+@broad(("slots", "pins"), [(3, 3), (4, 1), (4, 2), (5, 2), (6, 2), (8, 2)], every=3)
 def test_several_pins_turn_a_wheel_by_so_many_steps(slots: int, pins: int) -> None:
     drive = Pins(slots, pins)
     place = PLACES[slots % len(PLACES)]
@@ -117,9 +118,11 @@ def test_a_follower_lifts_off_and_lands(height: float, rate: float, fall: float)
 # --- touches that are hardly any
 
 
-@pytest.mark.parametrize("depth", [1.0, 1e-2, 1e-4, 1e-6])
-@pytest.mark.parametrize("fast", [10.0, 400.0])
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@broad(
+    ("depth", "fast", "side"),
+    list(itertools.product((1.0, 1e-2, 1e-4, 1e-6), (10.0, 400.0), (1.0, -1.0))),
+    every=5,
+)
 def test_a_disc_that_hardly_touches_pushes(depth: float, fast: float, side: float) -> None:
     text = f"""
         .config(10, 400, 100);  A : .disc(5) C = [0, 50];  B : .disc(5) C = [137.3, {50 + side * (10 - depth)}];
@@ -130,8 +133,7 @@ def test_a_disc_that_hardly_touches_pushes(depth: float, fast: float, side: floa
     assert motion["B.C"][-1, 1] == pytest.approx(50.0 + side * 10.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("depth", [1e-1, 1e-3, 1e-6])
-@pytest.mark.parametrize("turn", [90.0, 700.0])
+@broad(("depth", "turn"), list(itertools.product((1e-1, 1e-3, 1e-6), (90.0, 700.0))), every=5)
 def test_a_tip_that_hardly_dips_pushes(depth: float, turn: float) -> None:
     text = f"""
         .config(10, 400, 200);  Arm : .bar O = [100, 100] T = [180, 100];
