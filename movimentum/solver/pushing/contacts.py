@@ -47,6 +47,10 @@ class Lines:
     along: FloatArray
     fan: FloatArray
 
+    def some(self, which: IntArray) -> Lines:
+        """Some of those of one instant."""
+        return Lines(*(each[which] for each in (self.values, self.slopes, self.known, self.along, self.fan)))
+
     def first(self) -> Lines:
         """The first instant: (k,), (k, n), (k, q)."""
         return Lines(self.values[0], self.slopes[0], self.known[0], self.along[0], self.fan[0])

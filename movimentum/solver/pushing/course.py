@@ -174,6 +174,7 @@ class PushCourse:
         white, back = frame
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
+        first = np.inf  # the error where the slopes are from
         for _ in range(14):
             lines = self.contacts.lines(some, problem, x[None]).first()
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
@@ -192,7 +193,10 @@ class PushCourse:
                 break
             if error > PUSH_NEARLY or inverse is None:
                 _, free, inverse = null_space(wide[0])
+                first = error
             x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
+            if first > error and first * error <= PUSH_RESTORED:  # what is left is their product, about
+                return x, True, Leeway(white, back, free)
         return found, best <= RESTORED, Leeway(white, back, free)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
-from movimentum.solver.pushing.contacts import RATE, PartPair
+from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
 from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
@@ -111,7 +111,7 @@ class Going:
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
+        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end, self._lines(*end[:2]))
         closes, leaves = step.closes(), step.leaves()
         if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
             closes = None
@@ -149,11 +149,15 @@ class Going:
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), ()
 
+    def _lines(self, tau: float, x: FloatArray) -> Lines:
+        """What holds, at core values ``x`` (n,) whose velocity has been asked for."""
+        return self.course.seen(tau, x, self.touching, False)[1].some(self.which)
+
     def _forget(self, tau: float, x: FloatArray) -> None:
         """Leave out what has opened since the phase began: it has to close before it holds."""
         if not self.loose:
             return
-        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).first().values
+        values = self.course.seen(tau, x, self.touching, False)[1].values
         loose = set(self.loose)
         near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
         self.loose = tuple(contact for contact in near if contact in loose)

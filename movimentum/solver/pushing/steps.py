@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.solver.pushing.contacts import TIPS, PartPair
+from movimentum.solver.pushing.contacts import TIPS, Lines, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_ALIKE, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
 
@@ -36,10 +36,12 @@ class PhaseStep:
         passed: frozenset[PartPair],
         begin: tuple[float, FloatArray, FloatArray],
         end: tuple[float, FloatArray, FloatArray],
+        last: Lines,
     ) -> None:
+        """``last``: what is held, at the end."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
         (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
-        self.h = self.t1 - self.t0
+        self.h, self.last = self.t1 - self.t0, last
         self.moving = course.moving([self.v0, self.v1])
         self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
 
@@ -216,11 +218,8 @@ class PhaseStep:
 
     def leaves(self) -> float | None:
         """When the first of what holds comes to the end of its parts."""
-        some = [contact for contact in self.held if contact.gap >= 0]
-        if not some:
-            return None
-        slack = self._slack(some, self.t1)
-        return min((self._slack_root([some[k]]) for k in np.nonzero(slack < 0.0)[0].tolist()), default=None)
+        gone = np.nonzero(self._slack_of(self.last) < 0.0)[0].tolist()
+        return min((self._slack_root([self.held[k]]) for k in gone if self.held[k].gap >= 0), default=None)
 
     def replaces(self, contact: PartPair, tau: float) -> bool:
         """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
@@ -234,7 +233,9 @@ class PhaseStep:
 
     def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
         """How far contacts are inside their parts."""
-        lines = self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None]).first()
+        return self._slack_of(self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None]).first())
+
+    def _slack_of(self, lines: Lines) -> FloatArray:
         size = self.course.plan.size
         return np.minimum(lines.along + self.course.closed, size * (lines.fan + OUTLINE_FAN))
 
