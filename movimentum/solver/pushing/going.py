@@ -16,8 +16,8 @@ from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_BEGUN, PUSH_EVENT, PUSH_LOOK
 
-FIRST_STEP = 0.1
-"""Of the time between two nodes."""
+FIRST_STEP = 0.25
+"""Of the longest one."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
 one's size:
@@ -42,8 +42,6 @@ Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
 class Going:
     """The motion of a phase: `Integrable` and `Watch`."""
 
-    first = FIRST_STEP
-
     def __init__(
         self,
         course: PushCourse,
@@ -57,6 +55,7 @@ class Going:
         see `PhaseStep`.
         """
         self.course, self.tau, self.passed = course, tau, passed
+        self.turning, self.first = course.turning, FIRST_STEP * course.ahead(tau)
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
@@ -88,9 +87,9 @@ class Going:
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
-        bodies = self.course.contacts.bodies
+        bodies, most = self.course.contacts.bodies, self.course.ahead(tau)
         if not bodies.sides:
-            return np.inf
+            return most
         ahead = PUSH_LOOK * self.course.spacing
         now, later = self._poses(tau, x), self._poses(tau + ahead, x + ahead * rate)
         (x0, y0), (x1, y1) = bodies.middles(now), bodies.middles(later)
@@ -101,7 +100,7 @@ class Going:
         one, other = bodies.around[a, 2], bodies.around[b, 2]
         smaller = np.where(np.minimum(one, other) > 0.0, np.minimum(one, other), np.maximum(one, other))
         near = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(near, WAY * smaller / fast), near)
-        return float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near))
+        return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
 
     def _poses(self, tau: float, x: FloatArray) -> FloatArray:
         """(4, B) where outlines are."""

@@ -15,6 +15,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.going import Going
@@ -25,9 +26,6 @@ from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, P
 from movimentum.tolerances import FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_ALIKE, PUSH_AT_ONCE, PUSH_OVERLAP
 
 MOST_EVENTS = 20_000
-EACH = 3
-"""The nodes that the path has to come to: the motion turns little between two, and steps are bounded by what they see.
-"""
 MERGED = 3
 """So many phases in a row that lead nowhere are one event."""
 AT_ONCE = 60
@@ -54,7 +52,6 @@ def gone_on(
     before: tuple[PartPair, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
-    aims = np.unique(np.append(nodes[::EACH], nodes[-1]))
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
         passed, undecided = _passed(course, tau, x, tips, before, left)
@@ -72,7 +69,7 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.concatenate([[tau], aims[aims > tau]])
+        grid = np.array([tau, float(nodes[-1])])
         part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
@@ -97,7 +94,7 @@ def gone_on(
     told = tuple(map(contacts.pair, jammed))
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)), course.turning)
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
@@ -238,6 +235,7 @@ def _joined(
     events: Sequence[Event],
     end: PushEnd,
     jammed: Sequence[tuple[int, tuple[int, int] | None]],
+    turning: Turning,
 ) -> PushTrack:
     kept = [part for part in parts if len(part.tau)]
     if not kept:
@@ -253,4 +251,5 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
+        turning=turning,
     )

@@ -47,9 +47,8 @@ class PhaseStep:
 
     def between(self, tau: float) -> FloatArray:
         """The core values (n,) of the cubic through both ends."""
-        w = (tau - self.t0) / self.h
-        a, b, da, db = self.x0, self.x1, self.v0 * self.h, self.v1 * self.h
-        return a + w * (da + w * (3.0 * (b - a) - 2.0 * da - db + w * (2.0 * (a - b) + da + db)))
+        w = np.array((tau - self.t0) / self.h)
+        return self.course.turning.between(self.x0, self.x1, self.v0 * self.h, self.v1 * self.h, w)
 
     def at(self, tau: float) -> FloatArray:
         """The same, on the equations."""
