@@ -41,7 +41,7 @@ class PhaseStep:
         """``last``: what is held, at the end."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
         (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
-        self.h, self.last = self.t1 - self.t0, last
+        self.h, self.last, self._soonest = self.t1 - self.t0, last, np.inf
         self.moving = course.moving([self.v0, self.v1])
         self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
 
@@ -60,7 +60,11 @@ class PhaseStep:
 
     def closes(self) -> tuple[float, PartPair] | None:
         """When the first of what does not touch comes to touch, and what that is."""
-        return min(((tau, contact) for tau, contact in self._closing() if tau is not None), default=None)
+        first: tuple[float, PartPair] | None = None
+        for tau, contact in self._closing():
+            if tau is not None and (first is None or (tau, contact) < first):
+                first, self._soonest = (tau, contact), tau
+        return first
 
     def _closing(self) -> Iterator[tuple[float | None, PartPair]]:
         yield from self._values_close()
@@ -82,9 +86,17 @@ class PhaseStep:
             for n in range(len(times) - 1):
                 low, high = column[n], column[n + 1]
                 if low > -closed and high < -closed:
+                    if self._closes_later(contact, float(times[n])):
+                        break
                     value = self._value(contact)
                     yield self._root(value, float(times[n]), float(times[n + 1]), low <= closed), contact
                     break
+
+    def _closes_later(self, contact: PartPair, low: float) -> bool:
+        """Whether what closes after ``low`` does so after something else that does."""
+        if self._soonest == np.inf:
+            return False
+        return low >= self._soonest or self._value(contact)(self._soonest) > -self.course.closed
 
     def _value(self, contact: PartPair) -> Callable[[float], float]:
         def value(tau: float) -> float:
@@ -120,12 +132,16 @@ class PhaseStep:
             return PartPair(*(int(each[k]) for each in pairs))
 
         for n in range(len(times) - 1):
+            if times[n] >= self._soonest:
+                return
             low, high = values[n], values[n + 1]
             near = np.maximum(touch.along[n], touch.along[n + 1]) >= -way
             turned = np.maximum(touch.fan[n], touch.fan[n + 1]) >= -TURNED
             falls = (low > -closed) & (high < -closed) & near & turned
             for k in np.nonzero(falls)[0].tolist():
                 if low[k] <= closed and contact(k) in self.passed:
+                    continue
+                if self._closes_later(contact(k), times[n]):
                     continue
                 yield self._gap_root(contact(k), times[n], times[n + 1], float(low[k]) <= closed), contact(k)
             off, on = (np.minimum(touch.along[m], size * touch.fan[m]) for m in (n, n + 1))
