@@ -1016,6 +1016,8 @@ PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
 PUSH_ASIDE = 1e-3
 """Of the time in which something comes to open: a guess nearer to its ends is none."""
+PUSH_BEGUN = 1e-5
+"""Of a step: how long before it is seen something has begun to open, at most, as told by how it grows."""
 PUSH_AT_ONCE = 1e-12
 """Of a path: phases that are shorter lead nowhere."""
 CONTACT_FLICKERS = 1e-6

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -137,6 +138,7 @@ def gathered(skins: Sequence[Skin]) -> Skin:
     return Skin(knobs, edges, bowls, bends, (0.0,) * 6)
 
 
+@lru_cache(maxsize=256)
 def skin_of(contour: Contour) -> Skin:
     """That of a contour."""
     knobs: list[tuple[float, ...]] = []

@@ -37,7 +37,7 @@ from movimentum.scene.model import (
     Step,
 )
 from movimentum.scene.pairs import without_word
-from movimentum.scene.pushing import gap_sides, manner_of, mannered, report_both_kinds
+from movimentum.scene.pushing import manner_of, mannered, report_both_kinds
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     UNPAINTED,
@@ -47,6 +47,7 @@ from movimentum.scene.resolve import (
     VariableUse,
     resolve,
 )
+from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
@@ -315,8 +316,7 @@ def _statements(
         manner = manner_of(statement, findings)
         time = times[resolved.step] if times else Fraction(0)
         lowered = _constraint(resolved, time, key, next(numbers), inference, table, blanks, findings)
-        sides = gap_sides(resolved, findings) if manner.pushes else ()
-        made.extend(replace(mannered(constraint, manner, findings), gaps=sides) for constraint in lowered)
+        made.extend(mannered(constraint, manner, findings) for constraint in lowered)
         stated.add((key, relation))
     report_both_kinds(made, findings)
     return made
@@ -340,7 +340,7 @@ def _constraint(
     if left is None or right is None:
         return
     anchor = resolved.meanings.get(id(statement.left))
-    yield Constraint(
+    constraint = Constraint(
         number=number,
         step=resolved.step,
         relation=resolved.relation,
@@ -353,6 +353,7 @@ def _constraint(
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
     )
+    yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
 
 
 def _follows_contact(resolved: ResolvedStatement) -> bool:

@@ -61,7 +61,7 @@ class Dogs:
     def turned(self, times: np.ndarray) -> list[np.ndarray]:
         """How far each wheel has turned (degrees), at times that have the turning points among them."""
         found = [self.swing * np.sin(0.5 * math.pi * times)]
-        for k in range(1, self.wheels):
+        for _k in range(1, self.wheels):
             apart = 40.0  # the pin before is so far behind; the other way round it comes to the far side
             ahead, behind = apart - self.free, 360.0 - apart - self.free
             drive = found[-1] + 0.5 * (behind - ahead)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.skin import gathered
 from movimentum.outlines.touching import KINDS, Touch, circles, measured
-from movimentum.planning.blocks.push_rows import GapRow, SkinBody
+from movimentum.planning.blocks.push_rows import GapRow
 
 FEW_PAIRS = 20_000
 """So many pairs of parts are all looked at; of more, those of which each is near the other's outline."""
@@ -167,7 +168,7 @@ class Bodies:
         point, normal = np.empty((count, size, 2)), np.empty((count, size, 2))
         one, other = poses[:, :, self.first[pairs.gap]], poses[:, :, self.second[pairs.gap]]
         cuts = [0, *(np.nonzero(np.diff(pairs.kind))[0] + 1).tolist(), size]
-        for low, high in zip(cuts, cuts[1:], strict=False):
+        for low, high in itertools.pairwise(cuts):
             if low == high:
                 continue
             i, j = np.tile(pairs.i[low:high], count), np.tile(pairs.j[low:high], count)

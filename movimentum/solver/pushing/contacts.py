@@ -47,6 +47,10 @@ class Lines:
     along: FloatArray
     fan: FloatArray
 
+    def some(self, which: IntArray) -> Lines:
+        """Some of those of one instant."""
+        return Lines(*(each[which] for each in (self.values, self.slopes, self.known, self.along, self.fan)))
+
     def first(self) -> Lines:
         """The first instant: (k,), (k, n), (k, q)."""
         return Lines(self.values[0], self.slopes[0], self.known[0], self.along[0], self.fan[0])
@@ -208,6 +212,10 @@ class Contacts:
         found[one] -= touch.normal[some][one] * knobs[pairs.i[one]]
         found[other] += touch.normal[some][other] * knobs[pairs.j[other]]
         return found
+
+    def pair(self, contact: PartPair) -> tuple[int, tuple[int, int] | None]:
+        """Whose contact it is: the number of the constraint, and the things."""
+        return self.rows.numbers[self.push(contact)], self.things(contact)
 
     def things(self, contact: PartPair) -> tuple[int, int] | None:
         """The things of a contact of outlines."""

@@ -8,12 +8,14 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Pushing
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
@@ -21,6 +23,8 @@ from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_
 
 KEPT = 8
 """Instants whose problems are kept."""
+NODES = 3
+"""So many a step goes over at most."""
 WHOLE = 360.0
 """Degrees: as a length is to the scene's size, an angle is to a whole turn."""
 
@@ -35,14 +39,21 @@ class PushCourse:
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size
         self.barely = -0.25 * self.closed  # one that closes is looked for at twice as much (`PhaseStep`)
+        self.turning = turning_of(block, plan)
         self.units = block.metric.whitening[1]
         self._frames: dict[bytes, tuple[FloatArray, FloatArray]] = {}
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
         self.wide = FOLLOWING * field_of(plan.system.scene)
         spaces = max(min(len(nodes), MOST_NODES) - 1, 1)
+        self.nodes = nodes
         self.spacing = max(float(nodes[-1] - nodes[0]) / spaces, LEAST_DIVISOR)
         self._problems: dict[float, BlockProblem] = {}
         self._last: list[tuple[float, bytes, bool, tuple[PartPair, ...], Instant, Lines]] = []
+
+    def ahead(self, tau: float) -> float:
+        """How far a step may go at most: little turns between two nodes."""
+        place = int(np.searchsorted(self.nodes, tau, side="right")) + NODES - 1
+        return max(float(self.nodes[min(place, len(self.nodes) - 1)]) - tau, self.spacing)
 
     # --- an instant
 
@@ -174,6 +185,7 @@ class PushCourse:
         white, back = frame
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
+        first = np.inf  # the error where the slopes are from
         for _ in range(14):
             lines = self.contacts.lines(some, problem, x[None]).first()
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
@@ -192,8 +204,21 @@ class PushCourse:
                 break
             if error > PUSH_NEARLY or inverse is None:
                 _, free, inverse = null_space(wide[0])
+                first = error
             x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
+            if first > error and first * error <= PUSH_RESTORED:  # what is left is their product, about
+                return x, True, Leeway(white, back, free)
         return found, best <= RESTORED, Leeway(white, back, free)
+
+
+def turning_of(block: Pushing, plan: Plan) -> Turning:
+    """Which unknowns of a block are the cosine and the sine of one thing's direction."""
+    place = {plan.system.unknowns[n].payload: j for j, n in enumerate(block.core)}
+    cosines = [p for p in place if isinstance(p, PoseCos) and PoseSin(p.thing) in place]
+    return Turning(
+        np.array([place[p] for p in cosines], dtype=np.intp),
+        np.array([place[PoseSin(p.thing)] for p in cosines], dtype=np.intp),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -53,6 +53,13 @@ class Instant:
     """How fast a value may change that stands still, by rounding."""
     asked: dict[bytes, Whitened] = field(default_factory=dict)
 
+    def without(self, gone: Sequence[int]) -> Instant:
+        """The same without some of the inequalities, which keep their numbers."""
+        least, rows = self.least.copy(), self.pushes.copy()
+        rows[gone] = 0.0
+        least[gone] = 0.0
+        return Instant(self.metric, self.rows, self.want, self.pull, self.levels, rows, least, self.rest)
+
     def whitened(self, which: Rows) -> Whitened:
         """With the inequalities ``which`` kept as equations; made once."""
         key = which.tobytes()

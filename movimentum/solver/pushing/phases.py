@@ -15,19 +15,17 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.going import Going
-from movimentum.solver.pushing.law import Instant, moved, stopped
+from movimentum.solver.pushing.law import Instant, moved, openings, stopped
 from movimentum.solver.pushing.overlap import overlapping
 from movimentum.solver.pushing.programs import numbered
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
-from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
+from movimentum.tolerances import FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_ALIKE, PUSH_AT_ONCE, PUSH_OVERLAP
 
 MOST_EVENTS = 20_000
-EACH = 3
-"""The nodes that the path has to come to: the motion turns little between two, and steps are bounded by what they see.
-"""
 MERGED = 3
 """So many phases in a row that lead nowhere are one event."""
 AT_ONCE = 60
@@ -54,10 +52,10 @@ def gone_on(
     before: tuple[PartPair, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
-    aims = np.unique(np.append(nodes[::EACH], nodes[-1]))
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
-        passed = _passed(course, tau, x, tips, before, left)
+        passed, undecided = _passed(course, tau, x, tips, before, left)
+        events += [Event(tau, Happening.UNDECIDED, *pair) for pair in dict.fromkeys(map(contacts.pair, undecided))]
         going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
         if going is None:
             why, jammed = PushEnd.JAM, blocked
@@ -71,7 +69,7 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.concatenate([[tau], aims[aims > tau]])
+        grid = np.array([tau, float(nodes[-1])])
         part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
@@ -93,10 +91,10 @@ def gone_on(
         if stands >= MERGED:  # what opens whenever it begins has opened
             touching = [contact for contact in touching if contact not in again]
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
-    told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
+    told = tuple(map(contacts.pair, jammed))
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)), course.turning)
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
@@ -138,7 +136,13 @@ def _begun(
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
-    found = moved(now, np.array([k for k, contact in enumerate(some) if contact in before], dtype=np.intp))
+    guess = np.array([k for k, contact in enumerate(some) if contact in before - opened], dtype=np.intp)
+    found = moved(now, guess)
+    gone = [k for k, contact in enumerate(some) if contact in opened]
+    if found.v is not None and len(gone):  # where it begins to open, it hardly holds
+        loose = moved(now.without(gone), guess)
+        if loose.v is not None and (openings(now, loose.v)[gone] >= -2.0 * loose.tolerance[gone]).all():
+            found = loose
     if found.v is None:
         values = course.contacts.lines(some, course.at(tau), x[None]).values[0]
         apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
@@ -147,9 +151,8 @@ def _begun(
             return _begun(course, tau, x, rest, passed, opened, before)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
-    which = [
-        k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
-    ]
+    stops = numbered(stopped(found.holds, found.opening, found.tolerance))
+    which = [k for k in stops if k in holds or some[k] not in opened]
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
     wanted = course.contacts.wanted(problem, x[None])
@@ -171,20 +174,39 @@ def _passed(
     tips: Sequence[frozenset[PartPair]],
     before: Sequence[PartPair],
     left: frozenset[PartPair],
-) -> frozenset[PartPair]:
+) -> tuple[frozenset[PartPair], list[PartPair]]:
     """What touches and may not hold: it has ``left`` its parts; or it touches at a tip on a tip, where what has held
-    ``before`` goes on, or else what has the most of its parts left.
+    ``before`` goes on, or else what has to be turned aside the least: nothing, if something there is not closing. And
+    of the tips at which others, that push another way, would have to be turned aside no more, what holds.
     """
-    passed = set(left)
-    every = sorted({contact for tip in tips for contact in tip} - left)
-    along = dict(zip(every, course.contacts.lines(every, course.at(tau), x[None]).along[0].tolist(), strict=True))
+    passed, open_ = set(left), []
     held = set(before)
-    for tip in tips:
-        some = sorted(tip - left)
-        if len(some) > 1:
-            best = max(some, key=lambda contact: (contact in held, along[contact]))
-            passed.update(contact for contact in some if contact != best)
-    return frozenset(passed)
+    some = [sorted(tip - left) for tip in tips]
+    for tip in some:
+        if any(contact in held for contact in tip):
+            passed.update(contact for contact in tip if contact not in held)
+        elif len(tip) > 1:
+            open_.append(tip)
+    undecided: list[PartPair] = []
+    every = sorted({contact for tip in open_ for contact in tip})
+    if not every:
+        return frozenset(passed), undecided
+    now, lines = course.seen(tau, x, (*every, *(contact for contact in before if contact not in every)), True)
+    v = moved(now.without(range(len(every)))).v
+    opening = np.zeros(len(now.least)) if v is None else openings(now, v)
+    rows = np.concatenate([lines.slopes, lines.known], axis=1)
+    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), LEAST_DIVISOR)
+    place = {contact: k for k, contact in enumerate(every)}
+    tolerance = PUSH_ALIKE * float(np.max(np.abs(opening), initial=0.0))
+    for tip in open_:
+        best = max(tip, key=lambda contact: opening[place[contact]])
+        passed.update(contact for contact in tip if contact != best)
+        k, others = place[best], [place[contact] for contact in tip]
+        like = [m for m in others if opening[m] >= opening[k] - tolerance]
+        unlike = np.linalg.norm(rows[like] - rows[k], axis=1) > PUSH_ALIKE
+        if opening[k] < -tolerance and unlike.any():
+            undecided.append(best)
+    return frozenset(passed), undecided
 
 
 def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[PartPair], tau: float) -> list[Event]:
@@ -194,8 +216,7 @@ def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[Par
         found: dict[tuple[int, tuple[int, int] | None], set[PartPair]] = {}
         for contact in some:
             if contact.gap != RATE:
-                key = contacts.rows.numbers[contacts.push(contact)], contacts.things(contact)
-                found.setdefault(key, set()).add(contact)
+                found.setdefault(contacts.pair(contact), set()).add(contact)
         return found
 
     old, new = by_pair(before), by_pair(after)
@@ -214,6 +235,7 @@ def _joined(
     events: Sequence[Event],
     end: PushEnd,
     jammed: Sequence[tuple[int, tuple[int, int] | None]],
+    turning: Turning,
 ) -> PushTrack:
     kept = [part for part in parts if len(part.tau)]
     if not kept:
@@ -229,4 +251,5 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
+        turning=turning,
     )

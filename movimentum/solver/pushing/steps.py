@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.solver.pushing.contacts import TIPS, PartPair
+from movimentum.solver.pushing.contacts import TIPS, Lines, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_ALIKE, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
 
@@ -36,18 +36,19 @@ class PhaseStep:
         passed: frozenset[PartPair],
         begin: tuple[float, FloatArray, FloatArray],
         end: tuple[float, FloatArray, FloatArray],
+        last: Lines,
     ) -> None:
+        """``last``: what is held, at the end."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
         (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
-        self.h = self.t1 - self.t0
+        self.h, self.last, self._soonest = self.t1 - self.t0, last, np.inf
         self.moving = course.moving([self.v0, self.v1])
         self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
 
     def between(self, tau: float) -> FloatArray:
         """The core values (n,) of the cubic through both ends."""
-        w = (tau - self.t0) / self.h
-        a, b, da, db = self.x0, self.x1, self.v0 * self.h, self.v1 * self.h
-        return a + w * (da + w * (3.0 * (b - a) - 2.0 * da - db + w * (2.0 * (a - b) + da + db)))
+        w = np.array((tau - self.t0) / self.h)
+        return self.course.turning.between(self.x0, self.x1, self.v0 * self.h, self.v1 * self.h, w)
 
     def at(self, tau: float) -> FloatArray:
         """The same, on the equations."""
@@ -59,7 +60,11 @@ class PhaseStep:
 
     def closes(self) -> tuple[float, PartPair] | None:
         """When the first of what does not touch comes to touch, and what that is."""
-        return min(((tau, contact) for tau, contact in self._closing() if tau is not None), default=None)
+        first: tuple[float, PartPair] | None = None
+        for tau, contact in self._closing():
+            if tau is not None and (first is None or (tau, contact) < first):
+                first, self._soonest = (tau, contact), tau
+        return first
 
     def _closing(self) -> Iterator[tuple[float | None, PartPair]]:
         yield from self._values_close()
@@ -81,9 +86,17 @@ class PhaseStep:
             for n in range(len(times) - 1):
                 low, high = column[n], column[n + 1]
                 if low > -closed and high < -closed:
+                    if self._closes_later(contact, float(times[n])):
+                        break
                     value = self._value(contact)
                     yield self._root(value, float(times[n]), float(times[n + 1]), low <= closed), contact
                     break
+
+    def _closes_later(self, contact: PartPair, low: float) -> bool:
+        """Whether what closes after ``low`` does so after something else that does."""
+        if self._soonest == np.inf:
+            return False
+        return low >= self._soonest or self._value(contact)(self._soonest) > -self.course.closed
 
     def _value(self, contact: PartPair) -> Callable[[float], float]:
         def value(tau: float) -> float:
@@ -119,12 +132,16 @@ class PhaseStep:
             return PartPair(*(int(each[k]) for each in pairs))
 
         for n in range(len(times) - 1):
+            if times[n] >= self._soonest:
+                return
             low, high = values[n], values[n + 1]
             near = np.maximum(touch.along[n], touch.along[n + 1]) >= -way
             turned = np.maximum(touch.fan[n], touch.fan[n + 1]) >= -TURNED
             falls = (low > -closed) & (high < -closed) & near & turned
             for k in np.nonzero(falls)[0].tolist():
                 if low[k] <= closed and contact(k) in self.passed:
+                    continue
+                if self._closes_later(contact(k), times[n]):
                     continue
                 yield self._gap_root(contact(k), times[n], times[n + 1], float(low[k]) <= closed), contact(k)
             off, on = (np.minimum(touch.along[m], size * touch.fan[m]) for m in (n, n + 1))
@@ -216,11 +233,8 @@ class PhaseStep:
 
     def leaves(self) -> float | None:
         """When the first of what holds comes to the end of its parts."""
-        some = [contact for contact in self.held if contact.gap >= 0]
-        if not some:
-            return None
-        slack = self._slack(some, self.t1)
-        return min((self._slack_root([some[k]]) for k in np.nonzero(slack < 0.0)[0].tolist()), default=None)
+        gone = np.nonzero(self._slack_of(self.last) < 0.0)[0].tolist()
+        return min((self._slack_root([self.held[k]]) for k in gone if self.held[k].gap >= 0), default=None)
 
     def replaces(self, contact: PartPair, tau: float) -> bool:
         """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
@@ -234,7 +248,9 @@ class PhaseStep:
 
     def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
         """How far contacts are inside their parts."""
-        lines = self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None]).first()
+        return self._slack_of(self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None]).first())
+
+    def _slack_of(self, lines: Lines) -> FloatArray:
         size = self.course.plan.size
         return np.minimum(lines.along + self.course.closed, size * (lines.fan + OUTLINE_FAN))
 
