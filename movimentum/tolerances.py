@@ -953,6 +953,10 @@ ROOM_IN_TUBE = 1e-12
 ROOM_AT_INSTANT = 1e-15
 """The same at a single instant."""
 
+FINEST_CELL = 1e-9
+"""Of an outline's length: cells in which its nearest point is looked for are not made smaller; at that, a distance is
+known to a hundredth of what `check` allows."""
+
 JUMP_IN_TUBE = 1e-9
 """Of the scene's size: what a statement may jump by where its cases change. It is the rounding of a kink."""
 

@@ -55,8 +55,8 @@ class Lowering:
     """Lowers expressions into a ``tower``. ``known``: unknowns with their quotients; ``forms``: those that are angles;
     ``vectors``: the directions of angles that the mechanism finds. ``bases``: of which share of a source all multiples
     are taken. ``requests``: the shares that were asked for. ``loose``: a function of time alone, or of ``places`` along
-    curves, that would be long is a free parameter, too (and ``loosened`` then): what is proved so is proved for more. So
-    are functions that are not algebraic: ``opaque`` tells which, in words.
+    curves, that would be long is a free parameter, too (and ``loosened`` then): what is proved so is proved for more.
+    So are functions that are not algebraic: ``opaque`` tells which, in words.
     """
 
     tower: Tower

@@ -27,8 +27,8 @@ class Drives:
     """What the sources of parameters are worth at ``time`` (None: at other positions than the film's).
 
     ``film``: floats of the variables that are unknowns of the mechanism, at a pose of the film. ``state``: of all its
-    unknowns, angles in degrees. ``given``: constants that are left open. ``moved``: chooses other values for what may be chosen.
-    ``constants``: those that are known already, of all poses.
+    unknowns, angles in degrees. ``given``: constants that are left open. ``moved``: chooses other values
+    for what may be chosen. ``constants``: those that are known already, of all poses.
     """
 
     time: Fraction

@@ -366,7 +366,8 @@ Dot : .disc(3) O = [40,50];   Far : .disc(3) O = [40,50];   Arm : .bar O = [300,
    .claim {claim};
 @2
 """
-LAWS = {"table": (".table('law.csv', 'lift', ", ").periodic"), "smooth": (".table('law.csv', 'lift', ", ").periodic.smooth"),
+LAWS = {"table": (".table('law.csv', 'lift', ", ").periodic"),
+        "smooth": (".table('law.csv', 'lift', ", ").periodic.smooth"),
         "max": (".max(3, ", ")"), "ease": ("40*.ease(1/100*", ")"), "exp": (".exp(0.01*", ")")}  # fmt: skip
 
 
@@ -419,7 +420,7 @@ Rocker : .bar D = [220,100] C = D + [110,0];
         ".abs(.sin(w)) <= 1",
         ".sin(w)^2 + .cos(w)^2 <= 1.001",
         ".abs(w - 60*.t) <= 20",
-    ],  # fmt: skip
+    ],
 )
 def test_no_position_is_told_that_the_mechanism_has_not(claim):
     """An angle that the mechanism finds has no other values than it finds."""
