@@ -313,8 +313,7 @@ def _statements(
             made.append(Ending(resolved.step, relation, key, statement.span))
             continue
         manner = manner_of(statement, findings)
-        time = times[resolved.step] if times else Fraction(0)
-        lowered = _constraint(resolved, time, key, next(numbers), inference, table, blanks, findings)
+        lowered = _constraint(resolved, times or (Fraction(0),), key, next(numbers), inference, table, blanks, findings)
         sides = gap_sides(resolved, findings) if manner.pushes else ()
         made.extend(replace(mannered(constraint, manner, findings), gaps=sides) for constraint in lowered)
         stated.add((key, relation))
@@ -324,7 +323,7 @@ def _statements(
 
 def _constraint(
     resolved: ResolvedStatement,
-    time: Fraction,
+    times: Sequence[Fraction],
     key: str,
     number: int,
     inference: Inference,
@@ -334,7 +333,8 @@ def _constraint(
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
     statement = resolved.statement
-    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things)
+    time = times[min(resolved.step, len(times) - 1)]
+    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, kept_from=times[0])
     left = lower(resolved.left, resolved.meanings, context)
     right = lower(resolved.right or (), resolved.meanings, context)
     if left is None or right is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -50,6 +51,14 @@ class Wheel:
     side: int
 
 
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """``value.at(time)`` in a statement: the value to which the motion brings it by then, a number from then on."""
+
+    value: Expr
+    time: Fraction
+
+
 Stop: TypeAlias = "AnchorRef | Wheel | tuple[Expr, Expr]"
 """What a cord runs to, through or about; two constants are a place of the canvas."""
 
@@ -62,6 +71,15 @@ class Cord:
 
     stops: tuple[Stop, ...]
     grips: bool = False
+
+
+def kept_in(*sides: Expr) -> list[Kept]:
+    """The values kept from other times that expressions use, with those that these use, first."""
+    found: list[Kept] = []
+    for payload in symbols(*sides):
+        if isinstance(payload, Kept):
+            found += [*kept_in(payload.value), payload]
+    return list(dict.fromkeys(found))
 
 
 def cords_of(item: Constraint) -> list[Cord]:

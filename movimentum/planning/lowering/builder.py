@@ -7,7 +7,6 @@ where that is equivalent.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from functools import cached_property
 
 from movimentum.expressions import (
     ONE,
@@ -89,6 +88,7 @@ class SystemBuilder:
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
+        self.touching = places_held(segment.active)
         self.constraint: Constraint | None = None
         self.integrals = 0
         self.rolling = rolling
@@ -169,9 +169,10 @@ class SystemBuilder:
         """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
-        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))
-        assert self.constraint is not None
+        if self.constraint is None:  # nothing states it
+            return seen
+        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         if self.rolling:
             self._equate(seen, symbol(number), self.constraint.number)
             return symbol(number)
@@ -186,11 +187,6 @@ class SystemBuilder:
             )
         )
         return symbol(number)
-
-    @cached_property
-    def touching(self) -> frozenset[Expr]:
-        """The places of contact that equations of the segment hold."""
-        return places_held(self.segment.active)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]

@@ -14,15 +14,13 @@ from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
 
 
 class ContactLowering(PoseLowering, Protocol):
-    """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts."""
+    """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts.
+    ``touching`` are the places that equations of the segment hold.
+    """
 
     memo: dict[Expr, Expr]
     constraint: Constraint | None
-
-    @property
-    def touching(self) -> frozenset[Expr]:
-        """The places of contact that equations of the segment hold."""
-        ...
+    touching: frozenset[Expr]
 
     def unknown(self, payload: Hashable, name: str) -> int:
         """The number of an unknown, a new one where it has none yet."""
