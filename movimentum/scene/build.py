@@ -22,7 +22,6 @@ from movimentum.scene.joints import attached, fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
-from movimentum.scene.leaves import ContactPair
 from movimentum.scene.looks import Stated, dressed, says_nothing, supports
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.mentions import mentioned_in, variables_of
@@ -44,16 +43,16 @@ from movimentum.scene.resolve import (
     PropertyUse,
     ResolvedStatement,
     ThingTable,
-    VariableUse,
     resolve,
 )
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
+from movimentum.scene.touching import follows_contact, pin_of
 from movimentum.scene.transitions import judge_transition
 from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
-from movimentum.syntax.expression_tree import EXTREMES, Blank, Call, Comparison, postorder
+from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
 from movimentum.things.kinds.skeleton import SKELETON
 
@@ -349,23 +348,11 @@ def _constraint(
         right=right,
         span=statement.span,
         left_span=statement.left.span,
-        touches=resolved.relation is Relation.EQUAL and _follows_contact(resolved),
+        touches=resolved.relation is Relation.EQUAL and follows_contact(resolved),
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
+        pin=pin_of(resolved, left[0], right[0]),
     )
-
-
-def _follows_contact(resolved: ResolvedStatement) -> bool:
-    """Whether an equation's places of contact are followed. A variable that is the value of a gap only reads it; what
-    counts rounds is read where it is followed.
-    """
-    calls = {
-        node.function
-        for node in (*resolved.left, *(resolved.right or ()))
-        if isinstance(resolved.meanings.get(id(node)), ContactPair) and isinstance(node, Call)
-    }
-    read = isinstance(resolved.meanings.get(id(resolved.statement.left)), VariableUse)
-    return bool(calls & {"where", "roll"}) if read else bool(calls)
 
 
 def _warn_nothing_to_end(

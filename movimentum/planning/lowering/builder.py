@@ -27,7 +27,7 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
-from movimentum.planning.lowering.contacts import face_contacts, followed, places_held
+from movimentum.planning.lowering.contacts import face_contacts, followed, pin, places_held
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
@@ -89,6 +89,7 @@ class SystemBuilder:
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
         self.touching = places_held(segment.active)
+        self.pinned = frozenset(item.pin for item in segment.active if item.pin is not None)
         self.constraint: Constraint | None = None
         self.integrals = 0
         self.rolling = rolling
@@ -291,6 +292,10 @@ class SystemBuilder:
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
             face_contacts(self, constraint)
+        if constraint.pin is not None:
+            pin(self, constraint)
+            self.constraint = None
+            return
         if constraint.pushes:
             self.pushes.append(lowered_push(self, constraint))
             self.constraint = None

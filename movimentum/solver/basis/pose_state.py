@@ -67,6 +67,8 @@ class Snapshot:
     def _nearest(self, system: System, place: ContactPlace) -> float | None:
         """Where things that touch are nearest to each other in these poses."""
         found = float(place.touch.at(*self.read(system.scene, place.pose, Fraction(0), {})))
+        if place.along:
+            found = place.touch.outline.length_at(found)
         return found if math.isfinite(found) else None
 
     def read(
