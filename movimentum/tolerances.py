@@ -500,9 +500,12 @@ PLACES_MEET = 1e-9
 PLACE_ROUNDS = 1e-10
 """Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 SLOWEST_PACE = 0.05
-"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths no second derivative there. A
+"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths are found for shorter pieces. A
 cusp between two of 720 places has a pace of some 0.005 of the mean at the nearer one; an ellipse is as slow if it is
 twenty times as long as wide."""
+CUSP_PACE = 1e-7
+"""Of the same pace: a curve that is slower stands still there, and its direction turns round. The least of a speed that
+is found to rounding is some 1e-8 of the mean; one that is not 0 and so small is a bend of 1e-14 of the curve."""
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 

@@ -15,12 +15,14 @@ from functools import cached_property
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, sub, substitute, symbol, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, substitute, symbol, walk
 from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Ends
 from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
 from movimentum.outlines.lengths import Paces, paces
+from movimentum.records import replace
 from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
 
 PLACE = symbol("place")
@@ -302,6 +304,22 @@ class Contour:
         """The place that is so far along the curve as `PLACE` says, from 0 at its beginning to 1 at its end."""
         rest = call("table", PLACE, payload=self._paces.back(self.length, self.period))
         return add(add(const(self.first), mul(const(self.period), PLACE)), rest)
+
+    def length_at(self, place: float) -> float:
+        """How many pixels a place is along it."""
+        return float(numeric([self.travelled])(np.array(place))[0])
+
+    @property
+    def kinked(self) -> bool:
+        """Whether it has a corner or a cusp."""
+        return len(self._paces.parts) > 1
+
+    def at_length(self, length: Expr) -> Expr:
+        """The place so many pixels along it; of an open one nowhere beyond its ends."""
+        share = div(length, const(self.length))
+        paces = self._paces if self.closed else replace(self._paces, ends=Ends.NOTHING)
+        rest = call("table", share, payload=paces.back(self.length, self.period))
+        return add(add(const(self.first), mul(const(self.period), share)), rest)
 
     def placed(self, linear: tuple[float, float, float, float], at: Point) -> Contour:
         """The same after a map (a, b, c, d) and a shift: (x, y) goes to (a x + b y, c x + d y) + ``at``."""

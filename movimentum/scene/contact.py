@@ -169,10 +169,9 @@ def _of_pair(
     ]
     if function == "where":
         assert second is not None
-        one = _Side.of(second)
+        one = _Side.of(second, round_too=True)
         assert one.contour is not None
-        found = Nearest(one.contour).counted()
-        return div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0][0]))), const(one.contour.length))
+        return Nearest(one.contour).shared().place(*one.seen(sides[0][0][0]))
     return left_to_right(lambda a, b: call("min", a, b), [_of_pieces(*both) for both in product(*sides)])
 
 

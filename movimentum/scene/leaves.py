@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -36,10 +37,13 @@ class ContactPair:
 
 @dataclass(frozen=True, slots=True)
 class ContactPlace:
-    """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene)."""
+    """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene). ``along``: it
+    is told by how many pixels it is along its outline.
+    """
 
     touch: Nearest
     pose: tuple[Expr, ...]
+    along: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,14 @@ class Wheel:
 
     thing: int
     side: int
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """``value.at(time)`` in a statement: the value to which the motion brings it by then, a number from then on."""
+
+    value: Expr
+    time: Fraction
 
 
 Stop: TypeAlias = "AnchorRef | Wheel | tuple[Expr, Expr]"
@@ -62,6 +74,15 @@ class Cord:
 
     stops: tuple[Stop, ...]
     grips: bool = False
+
+
+def kept_in(*sides: Expr) -> list[Kept]:
+    """The values kept from other times that expressions use, with those that these use, first."""
+    found: list[Kept] = []
+    for payload in symbols(*sides):
+        if isinstance(payload, Kept):
+            found += [*kept_in(payload.value), payload]
+    return list(dict.fromkeys(found))
 
 
 def cords_of(item: Constraint) -> list[Cord]:

@@ -14,8 +14,9 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, call
+from movimentum.outlines.contour import numeric
 from movimentum.outlines.nearest import Nearest
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.removable import evaluated
@@ -40,7 +41,7 @@ def seen(node: Expr) -> Expr:
     if isinstance(payload, Bearing):
         return call("atan2d", payload.sine, payload.cosine)
     assert isinstance(payload, Nearest)
-    return Expr(node.op, node.args, payload.plain)
+    return Expr(node.op, node.args, replace(payload, counts=False, drawn=None))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,8 +142,14 @@ def _held(motion: PathMotion, number: int, node: Expr, tau: FloatArray) -> Float
     if number >= len(motion.segments):
         return None
     segment_motion = motion.segments[number]
-    payload = node.payload if isinstance(node.payload, Bearing) else ContactPlace(seen(node).payload, node.args)  # type: ignore[arg-type]
-    unknown = segment_motion.plan.system.number_of.get(payload)
+    number_of, payload = segment_motion.plan.system.number_of, node.payload
+    if isinstance(payload, Nearest):
+        there = ContactPlace(payload.plain, node.args)
+        unknown = number_of.get(there)
+        along = number_of.get(replace(there, along=True)) if unknown is None else None
+        unknown = along if unknown is None else unknown
+    else:
+        unknown, along = number_of.get(payload), None
     if unknown is None:
         return None
     result = np.full(len(tau), np.nan)
@@ -157,4 +164,9 @@ def _held(motion: PathMotion, number: int, node: Expr, tau: FloatArray) -> Float
         state, bad = evaluated(piece, piece.instants(tau[some]))
         value = np.broadcast_to(np.asarray(state[unknown], dtype=np.float64), len(some))
         result[some] = np.where(bad, np.nan, value)
-    return result
+    if not isinstance(payload, Nearest):
+        return result
+    outline = payload.outline
+    if along is None:
+        return numeric([outline.travelled])(result)[0] / outline.length if payload.share else result
+    return result / outline.length if payload.share else numeric([outline.place_along])(result / outline.length)[0]

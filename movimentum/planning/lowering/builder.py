@@ -7,7 +7,6 @@ where that is equivalent.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from functools import cached_property
 
 from movimentum.expressions import (
     ONE,
@@ -28,7 +27,7 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
-from movimentum.planning.lowering.contacts import face_contacts, followed, places_held
+from movimentum.planning.lowering.contacts import face_contacts, followed, pin, places_held
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
@@ -89,6 +88,8 @@ class SystemBuilder:
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
+        self.touching = places_held(segment.active)
+        self.pinned = frozenset(item.pin for item in segment.active if item.pin is not None)
         self.constraint: Constraint | None = None
         self.integrals = 0
         self.rolling = rolling
@@ -169,9 +170,10 @@ class SystemBuilder:
         """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
-        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))
-        assert self.constraint is not None
+        if self.constraint is None:  # nothing states it
+            return seen
+        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         if self.rolling:
             self._equate(seen, symbol(number), self.constraint.number)
             return symbol(number)
@@ -186,11 +188,6 @@ class SystemBuilder:
             )
         )
         return symbol(number)
-
-    @cached_property
-    def touching(self) -> frozenset[Expr]:
-        """The places of contact that equations of the segment hold."""
-        return places_held(self.segment.active)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -295,6 +292,10 @@ class SystemBuilder:
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
             face_contacts(self, constraint)
+        if constraint.pin is not None:
+            pin(self, constraint)
+            self.constraint = None
+            return
         if constraint.pushes:
             self.pushes.append(lowered_push(self, constraint))
             self.constraint = None

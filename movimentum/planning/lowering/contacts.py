@@ -14,15 +14,15 @@ from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
 
 
 class ContactLowering(PoseLowering, Protocol):
-    """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts."""
+    """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts.
+    ``touching`` are the places that equations of the segment hold, ``pinned`` those where points are on curves with
+    corners or cusps.
+    """
 
     memo: dict[Expr, Expr]
     constraint: Constraint | None
-
-    @property
-    def touching(self) -> frozenset[Expr]:
-        """The places of contact that equations of the segment hold."""
-        ...
+    touching: frozenset[Expr]
+    pinned: frozenset[Expr]
 
     def unknown(self, payload: Hashable, name: str) -> int:
         """The number of an unknown, a new one where it has none yet."""
@@ -56,7 +56,8 @@ def places_held(active: Iterable[Constraint]) -> frozenset[Expr]:
 
 def followed(builder: ContactLowering, node: Expr) -> Expr | None:
     """A place of contact, an unknown that is followed along the path; None where it is only read."""
-    from movimentum.outlines.nearest import LONGER, Nearest, rows  # few scripts have contacts
+    from movimentum.outlines.contour import put_in  # few scripts have contacts
+    from movimentum.outlines.nearest import LONGER, Nearest, rows
 
     touch, constraint = node.payload, builder.constraint
     assert isinstance(touch, Nearest)
@@ -64,8 +65,15 @@ def followed(builder: ContactLowering, node: Expr) -> Expr | None:
         return None
     if touch.which == LONGER:
         return ONE
-    if reads(constraint) and plain(node) not in builder.touching:
+    base = plain(node)
+    if reads(constraint) and base not in builder.touching:
         return _counted(builder, node)
+    if base in builder.pinned:
+        return _along(builder, node)
+    if touch.share:
+        place = followed(builder, base)
+        assert place is not None
+        return div(put_in(touch.outline.travelled, place), const(touch.outline.length))
     touch = touch.plain
     payload = ContactPlace(touch, node.args)
     if payload in builder.number_of:
@@ -76,6 +84,31 @@ def followed(builder: ContactLowering, node: Expr) -> Expr | None:
     for row in rows(touch, tuple(builder.memo[arg] for arg in node.args), places):
         builder.add_row(row, constraint.number)
     return places[touch.which]
+
+
+def _along(builder: ContactLowering, node: Expr) -> Expr:
+    """The place of a point that is on a curve with corners or cusps: an unknown that does not stop there."""
+    from movimentum.outlines.nearest import Nearest
+
+    touch = node.payload
+    assert isinstance(touch, Nearest)
+    payload = ContactPlace(touch.plain, node.args, along=True)
+    length = symbol(builder.unknown(payload, "of contact"))
+    outline = touch.outline
+    return div(length, const(outline.length)) if touch.share else outline.at_length(length)
+
+
+def pin(builder: ContactLowering, constraint: Constraint) -> None:
+    """A point that is on a curve is where its place is, so many pixels along."""
+    from movimentum.outlines.contour import put_in
+    from movimentum.outlines.nearest import Nearest
+
+    node = constraint.pin
+    assert node is not None
+    assert isinstance(node.payload, Nearest)
+    place = _along(builder, node)
+    for value, part in zip(node.args, node.payload.outline.position, strict=True):
+        builder.add_row(sub(builder.lower(value), put_in(part, place)), constraint.number)
 
 
 def _counted(builder: ContactLowering, node: Expr) -> Expr | None:
