@@ -337,6 +337,10 @@ INTEGRAND_END = 1e-9
 STATE_STEP = 1e-12
 """What the polynomial's slope may be off by between the points of a step, times the step, of a state's size: see
 decision 32."""
+ROUNDING_OF_RATES = 1e-14
+"""Of each number of a state's rate: what rounding makes of it, and of the polynomial through some of them (which may
+be ten times as much). A state in balance has a rate that is nothing else.
+"""
 LEAST_STATE_ERROR = 1e-12
 """Of `STATE_STEP`: the least error from which the next step's length is computed."""
 SMALL_STATE = 1e-3
