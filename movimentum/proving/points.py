@@ -9,8 +9,9 @@ from typing import Any
 
 from movimentum.expressions import Expr, walk
 from movimentum.proving import balls
+from movimentum.proving.angles import CLOCK, DEGREE
 from movimentum.proving.balls import BITS, Ball, NoBall
-from movimentum.proving.lowering import CLOCK, DEGREE, Opaque
+from movimentum.proving.lowering import Opaque
 from movimentum.proving.rings import Polynomial
 from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, Tower, Unit, Value
 from movimentum.records import dataclass, field
