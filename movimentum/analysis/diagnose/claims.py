@@ -130,7 +130,7 @@ class _Judge:
     def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
         claim = held.claim
         self.motion, self.held = motion, held
-        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right))
+        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right), motion)
         given = claim.tolerance
         self.tolerance = CLAIM_MET * motion.size if given is None else float(given)
         self.constant = _constant_off(claim)
@@ -146,7 +146,7 @@ class _Judge:
 
     def look(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
         """Judge poses; ``frame``: the number of the first one, if they are frames."""
-        inside = np.array([self.held.covers(time) for time in times]) & poses.solved
+        inside = np.array([self.held.covers(time) for time in times], dtype=np.bool_) & poses.solved
         places = np.nonzero(inside)[0]
         if len(places) == 0:
             return
