@@ -65,6 +65,7 @@ class Chain:
     blocks: frozenset[int] = frozenset()
     constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
     numbers: Numbers | None = None
+    one_number: dict[float, Expr] = field(default_factory=dict[float, Expr])
     poses: dict[tuple[int, float], TowerPoint] = field(default_factory=dict[tuple[int, float], TowerPoint])
 
     tower: Tower = field(init=False)

@@ -159,6 +159,9 @@ class Chains:
             except NoBall as error:
                 failed = error
             else:
+                found.numbers = next(
+                    (one.numbers for one in self.made if one.motion is motion and one.blocks == found.blocks), None
+                )
                 self.made.append(found)
                 return found
         raise failed or NoBall
