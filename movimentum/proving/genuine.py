@@ -38,8 +38,7 @@ def _found(chain: Chain, step: Unit | FreeParameter) -> bool:
     source = step.source
     if isinstance(step, Unit):
         return isinstance(source, int) and (source in chain.known or source in chain.of_place.values())
-    turn = isinstance(source, tuple) and source[0] == "turn"  # pyright: ignore[reportUnknownMemberType]
-    return turn and source[1] in chain.lowering.vectors  # pyright: ignore
+    return isinstance(source, tuple) and source[0] == "turn" and source[1] in chain.lowering.vectors  # pyright: ignore
 
 
 def holds(chain: Chain, point: TowerPoint) -> bool:

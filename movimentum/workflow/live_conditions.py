@@ -40,7 +40,8 @@ def conditions(scene: Scene, motion: PathMotion) -> Iterator[Expr]:
             for each in (getattr(record, one.name) for one in fields(record)):
                 if isinstance(each, StatedNumber) and each.positive and named_origins(each.stated):
                     yield each.stated
-    always = set.intersection(*({one.number for one in each.segment.active} for each in motion.segments))
+    active = [{one.number for one in each.segment.active} for each in motion.segments]
+    always = active[0].intersection(*active[1:])
     for item in meshings(scene):
         if item.constraint.number in always:
             play = mul(const(PLAY), _module(item.first))
