@@ -137,8 +137,9 @@ def _count(extent: float, period: float) -> int:
 
 def _without_cusps(speed: Speed, grid: FloatArray) -> list[FloatArray]:
     """The places (N,) of a smooth piece, cut where it stands still, and closer to each other where it is slow."""
-    fine: FloatArray = np.linspace(grid[0], grid[-1], 4 * (len(grid) - 1) + 1)
-    fine[0], fine[-1] = np.nextafter(fine[0], np.inf), np.nextafter(fine[-1], -np.inf)  # at its ends others may count
+    low_end, high_end = float(grid[0]), float(grid[-1])
+    low_end, high_end = math.nextafter(low_end, math.inf), math.nextafter(high_end, -math.inf)  # there others may count
+    fine = np.linspace(low_end, high_end, 4 * (len(grid) - 1) + 1)
     values = speed(fine)
     mean = float(values.mean())
     low = np.append(np.inf, values[:-1]) >= values
