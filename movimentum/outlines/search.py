@@ -54,6 +54,18 @@ def of_points(contour: Contour, q: FloatArray) -> FloatArray:
     return np.stack([best, best, np.ones_like(best)])
 
 
+def nearest_sample(contour: Contour, q: FloatArray) -> FloatArray:
+    """Places (F,) near the nearest samples to F points (2, F), at which an outline is across the line to the point."""
+    points = contour.stations[0]
+    k = np.empty(q.shape[1], dtype=np.intp)
+    step = max(1, MOST_PAIRS // len(points))
+    for first in range(0, len(k), step):
+        some = slice(first, first + step)
+        off = (q[0][some, None] - points[:, 0]) ** 2 + (q[1][some, None] - points[:, 1]) ** 2
+        k[some] = np.argmin(off, axis=1)
+    return _bisected(contour, q, *_neighbours(contour, k))
+
+
 def _neighbours(contour: Contour, k: Any) -> tuple[FloatArray, FloatArray]:
     """The places around station k between which the nearest one is; beyond the ends of a closed outline too."""
     _, begin, end = contour.stations

@@ -36,7 +36,7 @@ from movimentum.scene.model import (
     Step,
 )
 from movimentum.scene.pairs import without_word
-from movimentum.scene.pushing import gap_sides, manner_of, mannered, report_both_kinds
+from movimentum.scene.pushing import manner_of, mannered, report_both_kinds
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     UNPAINTED,
@@ -45,6 +45,7 @@ from movimentum.scene.resolve import (
     ThingTable,
     resolve,
 )
+from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
@@ -313,8 +314,7 @@ def _statements(
             continue
         manner = manner_of(statement, findings)
         lowered = _constraint(resolved, times or (Fraction(0),), key, next(numbers), inference, table, blanks, findings)
-        sides = gap_sides(resolved, findings) if manner.pushes else ()
-        made.extend(replace(mannered(constraint, manner, findings), gaps=sides) for constraint in lowered)
+        made.extend(mannered(constraint, manner, findings) for constraint in lowered)
         stated.add((key, relation))
     report_both_kinds(made, findings)
     return made
@@ -339,7 +339,7 @@ def _constraint(
     if left is None or right is None:
         return
     anchor = resolved.meanings.get(id(statement.left))
-    yield Constraint(
+    constraint = Constraint(
         number=number,
         step=resolved.step,
         relation=resolved.relation,
@@ -353,6 +353,7 @@ def _constraint(
         strict=resolved.strict,
         pin=pin_of(resolved, left[0], right[0]),
     )
+    yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
 
 
 def _warn_nothing_to_end(
