@@ -68,12 +68,12 @@ class _Instant:
 
 
 def envelope(
-    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course
+    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course, branches: int = 0
 ) -> tuple[list[EnvelopeRun], FloatArray]:
     """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (10, N) in order of time. ``parts``:
-    from when to when the motion is smooth.
+    from when to when the motion is smooth; ``branches``: so many have numbers already.
     """
-    cut = _Cut(tool, course)
+    cut = _Cut(tool, course, branches)
     strands = [cut.strand(begin, end) for begin, end in parts if end > begin]
     strands = [strand for strand in strands if strand]
     runs: list[EnvelopeRun] = []
@@ -89,11 +89,11 @@ def envelope(
 
 
 class _Cut:
-    def __init__(self, tool: Contour, course: Course) -> None:
+    def __init__(self, tool: Contour, course: Course, branches: int) -> None:
         self.tool, self.course = tool, course
         self.fast = 0.0
         self.size = tool.size
-        self.branches = 0
+        self.branches = branches
         self.paired: dict[tuple[int, int], list[tuple[int, int]]] = {}
 
     # --- instants
