@@ -12,7 +12,8 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import call, const
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, slope
-from movimentum.outlines.envelope import EnvelopeRun, arc
+from movimentum.outlines.cubics import arc
+from movimentum.outlines.envelope import EnvelopeRun
 from movimentum.outlines.pieces import CurvePiece, chained, corner
 from movimentum.outlines.swept import SweptOutlines
 from movimentum.records import dataclass
