@@ -766,6 +766,8 @@ LEAST_ARROW = 1e-9
 """Pixels: an arrow counts as at least so long where it is divided by its length, to place the text beside it."""
 SAME_TURN_DEG = 1e-9
 """Degrees: a corner of an outline whose arc ends before it begins by less has no turn, rather than a full one."""
+NO_DASH = 1e-6
+"""World pixels: a last dash that is shorter is what rounding leaves of a line that is as long as its pattern."""
 LEAST_ARC_RADIUS = 1e-9
 """The radius from which an arc's number of straight pieces is computed, at least; only keeps it finite."""
 FOLLOWED_FAR_AWAY = 1e-3
