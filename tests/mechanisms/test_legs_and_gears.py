@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tests.mechanisms.gear_oracles import escapement_turn
+from tests.mechanisms.gear_oracles import escapement_turn, geneva_turn
 from tests.mechanisms.kinematics import Columns, distance, point
 from tests.mechanisms.leg_oracles import KLANN
 from tests.mechanisms.linkage_oracles import HOLY
@@ -91,17 +91,25 @@ def test_an_escapement_steps_and_never_goes_back(solve_script: Solve) -> None:
 
 
 def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
-    """The wheel moves for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast."""
+    """The pin pushes the wheel for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast as the crank turns. It has
+    0.5 px of play on each side; the wheel is drawn behind by that, so that it ends as it begins.
+    """
     table = solve_script("geneva", "200")
-    turned = table["turned"]
+    turned, t = table["turned"], table["time"]
     steps = np.diff(turned)
-    assert abs(np.mean(steps > 1e-9) - 0.25) < 0.005
+    assert abs(np.mean(steps > 1e-9) - 0.25) < 0.01  # and a little at the tips of the slots
     fastest = steps.max() / np.abs(np.diff(table["Crank.angle"])).max()
     assert abs(fastest - 1 / (np.sqrt(2) - 1)) < 5e-3
-    moving = np.flatnonzero(steps > 1e-9)
-    assert steps[moving[0]] < 0.02  # it starts without a jerk
     assert np.abs(table["Pin.O.x"] - 275).min() > 43.9  # the pin stays clear of the wheel's axle
-    np.testing.assert_allclose(turned[::400], 90 * np.arange(4), atol=1e-9)
+    r = 150.0 * np.sin(np.pi / 4)
+    pin = np.deg2rad(180 * (t - 2 * np.floor(t / 2)) - 180)
+    far = np.hypot(150.0 - r * np.cos(pin), r * np.sin(pin))
+    lag = np.rad2deg(np.arcsin(0.5 / r)) - np.rad2deg(np.arcsin(0.5 / far))
+    deep = far < r - 7.0
+    assert np.count_nonzero(deep) > 300
+    np.testing.assert_allclose(turned[deep], (geneva_turn(t) + lag)[deep], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(turned[::400], 90 * np.arange(4), atol=2e-3)  # the tips of the slots are round for a pin
+    assert np.ptp(turned[260:540]) < 1e-9
 
 
 def test_gears_turn_in_the_ratio_of_their_teeth(solve_script: Solve) -> None:
