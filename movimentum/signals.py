@@ -130,6 +130,22 @@ def ignored_signals() -> Generator[None, None, None]:
             signal.signal(number, handler)  # pyright: ignore[reportArgumentType]
 
 
+@contextmanager
+def interrupts_held_back() -> Generator[None, None, None]:
+    """Ctrl-C has its effect at the end of this. Processes that begin meanwhile inherit that it is blocked, and never
+    hear it, however early it comes.
+    """
+    mask = getattr(signal, "pthread_sigmask", None)
+    if mask is None:  # Windows
+        yield
+        return
+    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        mask(signal.SIG_SETMASK, before)
+
+
 def at_once(number: int, frame: FrameType | None) -> None:
     """Handler for Ctrl-C before there is anything to clean up: end silently, wherever an import is."""
     os._exit(128 + number)

@@ -86,8 +86,9 @@ def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
 @dataclass(frozen=True, slots=True)
 class Contact:
     """Something that happens at ``time`` between what pushes: the ``event`` is "begins", "ends", "changes" (it goes on
-    at another place of the same outlines) or "jams". ``things``: the names of the two whose outlines touch; nothing for
-    another inequality. ``statement``: that which pushes. `Motion.contacts` lists them.
+    at another place of the same outlines), "jams" or "undecided" (two corners meet, and may go on past either side of
+    each other). ``things``: the names of the two whose outlines touch; nothing for another inequality. ``statement``:
+    that which pushes. `Motion.contacts` lists them.
 
     >>> import movimentum as mv
     >>> text = "A : .disc(5) C=[0,0]; B : .disc(5) C=[30,0]; @0 A.C=[10*.t,0]; B.C=[x,0]; .gap(A, B) >= 0 .pushes; @4"
@@ -99,6 +100,24 @@ class Contact:
     event: str
     things: tuple[str, ...]
     statement: str
+
+    @property
+    def words(self) -> str:
+        """What happens: "A and B touch", or "begins to hold" of another inequality."""
+        return " ".join([" and ".join(self.things), _WORDS[self.event, bool(self.things)]]).strip()
+
+
+_WORDS = {
+    ("begins", True): "touch",
+    ("ends", True): "part",
+    ("changes", True): "go on at another place",
+    ("jams", True): "jam",
+    ("begins", False): "begins to hold",
+    ("ends", False): "lets go",
+    ("changes", False): "goes on",
+    ("jams", False): "jams",
+    ("undecided", True): "meet at their tips, and may go on past either side",
+}
 
 
 def contacts(motion: PathMotion) -> list[Contact]:

@@ -28,6 +28,7 @@ from movimentum.records import dataclass
 from movimentum.rendering.painter import Painter, PaintSession
 from movimentum.rendering.stamps import Box, Frame
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, pieces
+from movimentum.signals import interrupts_held_back
 from movimentum.solver.poses import Poses
 
 if TYPE_CHECKING:
@@ -193,15 +194,16 @@ class _Crew:
         others = tuple(self.pipes) if _FORKS else ()
         process = context.Process(target=_work, args=(theirs, others, painter, coder), daemon=True)
         try:
-            with warnings.catch_warnings():  # Python 3.12 warns of forks beside threads; see above
+            # Python 3.12 warns of forks beside threads; see above
+            with interrupts_held_back(), warnings.catch_warnings():
                 warnings.simplefilter("ignore", DeprecationWarning)
                 process.start()
+                self._processes.append(process)
         except (OSError, MemoryError):
             self.pipes.pop().close()
             return False
         finally:
             theirs.close()
-        self._processes.append(process)
         return True
 
     def __exit__(self, *_: object) -> None:

@@ -165,10 +165,5 @@ def contacts(session: Session, argument: str) -> Answer:
     rows = [["", "t", "contact", "statement"]]
     for each in found:
         here = "->" if each.time <= float(session.time) else ""
-        rows.append(
-            [here, time_text(each.time), f"{' and '.join(each.things) or 'it'} {_TOLD[each.event]}", each.statement]
-        )
+        rows.append([here, time_text(each.time), each.words, each.statement])
     return session, AnswerWithData(table(rows), found)
-
-
-_TOLD = {"begins": "touch", "ends": "part", "changes": "go on at another place", "jams": "jam"}

@@ -141,6 +141,9 @@ def _evaluating(rows: Sequence[Expr], starts: Sequence[Fraction]) -> tuple[Alike
 
 
 def _is_of_angles(residual: Expr) -> bool:
-    """Whether a residual compares an angle between vectors with something."""
-    sides = residual.args if residual.op == "add" else (residual,)
-    return any("atan2d" in (side.op, side.args[0].op if side.op == "neg" else "") for side in sides)
+    """Whether a residual, a sum in any brackets, compares an angle between vectors with something."""
+    match residual.op:
+        case "add" | "neg":
+            return any(map(_is_of_angles, residual.args))
+        case op:
+            return op == "atan2d"

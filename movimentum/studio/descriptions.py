@@ -4,6 +4,7 @@ determines where something is.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,9 +25,12 @@ if TYPE_CHECKING:
     from movimentum.timeline.model import Timeline
 
 
-def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
+_OPTION = re.compile(r"(?<![\w-])--[a-z]")
+
+
+def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion | None = None) -> dict[str, Any]:
     """Things, statements, steps and constants of a scene, with their places in the script; ``frames``: how many of the
-    film are sent (None: `frames_shown`), of ``most`` that will be.
+    film are sent (None: `frames_shown`), of ``most`` that will be. With a ``motion`` also what pushes when.
     """
     scene = timeline.scene
     return {
@@ -39,6 +43,7 @@ def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
         "loops": timeline.loops,
         "sized": scene.config.size is not None,
         "steps": [float(step.time) for step in scene.steps],
+        "contacts": [] if motion is None else _contacts(motion),
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
             {"span": place, "things": sorted(about(item)), **_held(item)}
@@ -59,6 +64,19 @@ def scene_data(timeline: Timeline, frames: int | None = None) -> dict[str, Any]:
             if len(item.value) == 1 and item.least is not None and item.most is not None
         ],
     }  # fmt: skip
+
+
+def _contacts(motion: PathMotion) -> list[dict[str, Any]]:
+    from movimentum.analysis.happenings import contacts
+
+    return [
+        {
+            "time": each.time,
+            "event": each.event,
+            "words": each.words if each.things else f"{each.statement} {each.words}",
+        }
+        for each in contacts(motion)
+    ]
 
 
 def _thing(thing: Thing, source: SourceText) -> dict[str, Any]:
@@ -124,10 +142,13 @@ def placed(source: SourceText, span: Span) -> list[int] | None:
 
 
 def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
-    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
+    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns;
+    without helps for a command line.
+    """
     told = to_json(found, source)
     for item, diagnostic in zip(told, found, strict=True):
         span = diagnostic.span
+        item["helps"] = [text for text in item["helps"] if not _OPTION.search(text)]
         here = span is not None and not isinstance(span, FarSpan)
         item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
         tried = [fix for fix in diagnostic.fixes if fix.tried]

@@ -250,7 +250,7 @@ class Worker:
             assert revision.motion is not None  # the same, found at once
             job.moved, job.film, job.frames, self.shown = True, self.shown.film, self.shown.frames, job
             job.todo = deque(("read", *PATIENT))
-            self.send(PictureSame(job.rev, scene_data(revision.timeline, job.frames)))
+            self.send(PictureSame(job.rev, scene_data(revision.timeline, job.frames, revision.motion)))
         self._say(job, "read", revision.scene.diagnostics)
 
     def _begin(self, job: TextWork) -> None:
@@ -286,7 +286,7 @@ class Worker:
         self._items = items_of(motion.timeline.scene.source)
         self._own_items = items_of(job.revision.source)
         job.moved, self.shown = True, job
-        self.send(FilmShown(job.rev, False, float(job.time), scene_data(motion.timeline, job.frames), film))
+        self.send(FilmShown(job.rev, False, float(job.time), scene_data(motion.timeline, job.frames, motion), film))
         self._solved += 1
         if self._solved % TIDY == 0:
             gc.collect()
@@ -300,7 +300,7 @@ class Worker:
             return
         film, job.film = whole_film(job.motion)
         job.frames = frames_shown(timeline)
-        self.send(FilmShown(job.rev, False, float(job.time), scene_data(timeline), film))
+        self.send(FilmShown(job.rev, False, float(job.time), scene_data(timeline, motion=job.motion), film))
 
     def _examine(self, job: TextWork) -> None:
         from movimentum.studio.descriptions import claims_data

@@ -9,7 +9,6 @@ import hashlib
 import logging
 import pickle
 import re
-import signal
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
@@ -20,6 +19,7 @@ from typing import Any
 
 from movimentum.budget import keep_freed_memory
 from movimentum.errors import usage_error
+from movimentum.signals import interrupts_held_back
 from movimentum.text import counted, listed
 
 TIMEOUT_S = 10
@@ -66,7 +66,9 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
                 raise usage_error("usage/dask", "a cluster has at least one worker", "--dask local:2")
             with ExitStack() as stack:
                 stack.callback(_semaphores_freed)
-                with _held_back():
+                # as the tracker starts, it would let a Ctrl-C through that is held back
+                import_module("multiprocessing.resource_tracker").ensure_running()
+                with interrupts_held_back():
                     started = distributed.LocalCluster(
                         n_workers=workers,
                         threads_per_worker=1,
@@ -88,23 +90,6 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
             if client.dashboard_link:
                 say(f"dashboard: {client.dashboard_link}")
             yield _checked(client)
-
-
-@contextmanager
-def _held_back() -> Generator[None, None, None]:
-    """Ctrl-C has its effect at the end of this. Processes that begin meanwhile inherit that it is blocked, and never
-    hear it, however early it comes.
-    """
-    mask = getattr(signal, "pthread_sigmask", None)
-    if mask is None:  # Windows
-        yield
-        return
-    import_module("multiprocessing.resource_tracker").ensure_running()  # as it starts, it ends such a block
-    before = mask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        mask(signal.SIG_SETMASK, before)
 
 
 def _semaphores_freed() -> None:

@@ -305,6 +305,36 @@ def test_where_no_process_can_be_started_this_one_draws(tmp_path: Path, monkeypa
     assert run_command_line(["run", str(tmp_path / "a.mov"), "-o", str(tmp_path / "o.gif"), "--workers", "3"]) == 0
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux only")
+def test_a_worker_does_not_hear_ctrl_c_however_early(tmp_path: Path) -> None:
+    (tmp_path / "a.mov").write_text(LITTLE)
+    code = """
+import os, signal, sys
+from multiprocessing.process import BaseProcess
+from movimentum.cli.app import run_command_line
+
+begun = BaseProcess._bootstrap
+
+def early(process, *rest, **more):
+    os.kill(os.getpid(), signal.SIGINT)
+    return begun(process, *rest, **more)
+
+BaseProcess._bootstrap = early
+sys.exit(run_command_line(["run", "a.mov", "-o", "o.gif", "--workers", "2"]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=environment(),
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, "ForkProcess" in done.stderr) == (0, False), done.stderr
+    assert (tmp_path / "o.gif").stat().st_size > 1000
+
+
 SLOW = pytest.mark.slow
 OTHERS = [pytest.param(name, marks=SLOW) for name in ("ascii", "cp437", "utf-16", "shift-jis")]
 

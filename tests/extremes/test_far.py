@@ -29,6 +29,8 @@ SCENES = {
     @0 C.O={0,0}; C.angle=90*.t; (D.c-C.P).l=(80); (D.c-{100,0}).l=(90); D.c.y > (Y); @4""",
     "turned arrow": """A:.bar O={d0,0} P={d35,0}; R:.bar A={d35,0} B={d125,0};
     @0 A.O={0,0}; A.P=A.O+[(35),0].r(90*.t); R.A=A.P; R.B.y=(Y); R.B.x > A.P.x; @4""",
+    "direction": "A:.bar O={d0,0} P={d35,0}; @0 A.O={0,0}; .a([1,0], A.P - A.O) = 150 + 90*.t; @4",
+    "direction first": "A:.bar O={d0,0} P={d35,0}; @0 A.O={0,0}; 10 + 90*.t = .a(A.P - A.O, [3,4]); @4",
     "moving": "A:.bar O={d0,0} P={d35,0}; @0 A.O={0,0}+[(30),0]*.t; A.angle=90*.t; @4",
     "eased": "A:.bar O={d0,0} P={d35,0}; @0 A.O={0,0} -> {50,20}; A.angle=0 -> 90; @4",
     "wished": "A:.bar O={d0,0} P={d35,0}; @0 A.O={0,0}; A.P ~ {0,100} .speed((20)); @4",

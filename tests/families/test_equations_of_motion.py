@@ -127,6 +127,14 @@ def implicit_loop(g):
 
 
 @kind
+def begun_in_balance(g):
+    """Its rate is zero at first (but for rounding), and so is its integral: what is followed moves off later."""
+    k, a, w, n = 10.0 ** g.uniform(0, 3.5), g.uniform(-50, 50), g.uniform(20, 200), int(g.integers(1, 5))
+    text = f"@0 y = {a} + .i(-{k}*(y - {a} - {w}*.t^{n})); D.C = [y, 0];"
+    return Case(text, ["y"], [a], lambda t, y, _: [-k * (y[0] - a - w * t**n)], stiff=k > 100)
+
+
+@kind
 def stiff_follower(g):
     k, a = 10 ** g.uniform(3, 5), g.uniform(-5, 5)
     text = f"@0 x = {a} + .i(-{k}*(x - .cos(180*.t))); D.C = [x, 0];"

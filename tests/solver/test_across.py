@@ -43,7 +43,7 @@ def test_systems_side_by_side_are_each_solved_as_alone():
             place, speed = z.reshape(len(tau), 3, 2).transpose(2, 0, 1)
             return x, np.stack([speed, -(speeds**2) * place], axis=2).reshape(len(tau), 6)
 
-        return Slopes(rates, slopes)
+        return Slopes(rates, slopes, lambda z, x: np.zeros_like(z))
 
     tau = np.linspace(0.0, 2.0, 41)
     begun = np.stack([np.ones(3), np.zeros(3)], axis=1).reshape(-1)

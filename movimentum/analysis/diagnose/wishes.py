@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.analysis.diagnose.remedies import left_out
-from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.analysis.freedom.frozen import drawn_by, held_block
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
@@ -139,7 +139,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
     block = simultaneous(next(b for b in plan.blocks if number_of_wish in wishes_drawing(b)))
     assert isinstance(block, Free)
     watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
-    held = HeldBlock(piece, block, piece.end, watched, reads)
+    held = held_block(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
     wanted = min(FOLLOWING * last, wish.speed or np.inf)
     if speed > WISH_STANDS_STILL * wanted:
@@ -151,7 +151,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
     if len(wishes_drawing(block)) > 1:
-        held = HeldBlock(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
+        held = held_block(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
         if held.approach(held.x) > WISH_STANDS_STILL * wanted:
             return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in wishes_drawing(block)])
     if held.stuck(held.x, WISH_ASIDE * motion.size):

@@ -1,4 +1,6 @@
-"""A free block while time stands still: pulled by its wishes, and pushed aside to see whether it is stuck."""
+"""A free block while time stands still: pulled by its wishes, and pushed aside to see whether it is stuck. What
+inequalities push is pulled by the same law as in the film.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,7 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Free
+from movimentum.planning.blocks.kinds import Free, Pushing
 from movimentum.planning.blocks.wishes import with_wishes
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
@@ -19,7 +21,10 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
-from movimentum.tolerances import LEAST_DIVISOR, SHORTEST_PULL, STEP_OF_DIFFERENCE
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.law import moved
+from movimentum.solver.pushing.phases import gone_on
+from movimentum.tolerances import LEAST_DIVISOR, PULLED, SHORTEST_PULL, STEP_OF_DIFFERENCE
 
 TRIES, STEPS, STEP = 3, 60, 0.05
 FARTHEST = 0.05
@@ -38,6 +43,8 @@ class HeldBlock:
     """A free block of a piece at offset ``tau``. ``errors`` are the watched functions, of one value each, which read
     the unknowns ``reads`` (None: the errors of the block's own wishes are watched).
     """
+
+    _now = np.zeros(1)
 
     def __init__(
         self, piece: Piece, block: Free, tau: float, errors: Sequence[Compiled] | None, reads: Collection[int]
@@ -68,7 +75,7 @@ class HeldBlock:
 
     def placed(self, x: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         """The state with the block at core values ``x`` (n,), and the clocks."""
-        state, clocks = self._probe(np.zeros(1))
+        state, clocks = self._probe(self._now)
         for k, n in enumerate(self.block.core):
             state[n] = x[k : k + 1]
         fill_explicit(self.block, state, clocks)
@@ -77,7 +84,7 @@ class HeldBlock:
     def off(self, x: FloatArray) -> float:
         """The length of what is watched, at core values ``x`` (n,)."""
         if self.errors is None:
-            return float(np.linalg.norm(self._problem(np.zeros(1)).wishes(x[None, :])[0]))
+            return float(np.linalg.norm(self._problem(self._now).wishes(x[None, :])[0]))
         state, clocks = self.placed(x)
         values = [first_of(error(state, clocks)[0]) for error in self.errors]
         return float(np.sqrt(np.sum(np.square(values))))
@@ -85,13 +92,16 @@ class HeldBlock:
     def approach(self, x: FloatArray) -> float:
         """How fast that length falls, per time unit."""
         with np.errstate(all="ignore"):
-            velocity = self.motion.velocity(self.tau, x)
+            velocity = self._velocity(x)
             step = (
                 STEP_OF_DIFFERENCE
                 * self.piece.plan.size
                 / max(float(np.max(np.abs(velocity), initial=0.0)), LEAST_DIVISOR)
             )
             return (self.off(x) - self.off(x + step * velocity)) / step if np.isfinite(step) else 0.0
+
+    def _velocity(self, x: FloatArray) -> FloatArray:
+        return self.motion.velocity(self.tau, x)
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
         """The poses on the way towards the block's wishes from core values ``x`` (n,), at most ``steps``."""
@@ -122,3 +132,37 @@ class HeldBlock:
             if good and any(self.off(y) < before - 2.0 * aside for y in self.pulled(begin, STEPS)):
                 return True
         return False
+
+
+class PushedBlock(HeldBlock):
+    """One that inequalities push. The way of a hand, from 0 to 1, stands for time: it is the last of the clocks."""
+
+    _now = np.ones(1)
+    _way = np.array([0.0, 1.0])
+
+    def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
+        state, clocks = super()._probe(tau)
+        return state, (*clocks, tau)
+
+    def _course(self) -> PushCourse:
+        assert isinstance(self.block, Pushing)
+        return PushCourse(self.block, self.piece.plan, self._problem, self._way, self._scale)
+
+    def _velocity(self, x: FloatArray) -> FloatArray:
+        course, end = self._course(), float(self._way[-1])
+        touching, _ = course.contacts.touching(course.at(end), x[None], course.closed)
+        velocity = moved(course.instant(end, x, touching)).v
+        return np.zeros_like(x) if velocity is None else velocity
+
+    def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
+        """See `HeldBlock`; all of the way is one step."""
+        with np.errstate(all="ignore"):
+            track = gone_on(self._course(), x, self._way, float(self._way[-1]), PULLED)
+        yield track.values[-1]
+
+
+def held_block(
+    piece: Piece, block: Free, tau: float, errors: Sequence[Compiled] | None, reads: Collection[int]
+) -> HeldBlock:
+    """The `HeldBlock` of a block of whatever kind."""
+    return (PushedBlock if isinstance(block, Pushing) else HeldBlock)(piece, block, tau, errors, reads)

@@ -8,11 +8,11 @@ from itertools import islice
 
 import numpy as np
 
-from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by
+from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by, held_block
 from movimentum.analysis.interactive.placing import Placing
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Free, simultaneous
+from movimentum.planning.blocks.kinds import Free, Pushing, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
@@ -23,6 +23,7 @@ from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.free.velocity import field_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_POSE
@@ -30,6 +31,8 @@ from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_P
 MOST_STEPS = 400
 STEPS_A_MOVE = 3
 """As many as one move of a hand takes; what is farther off follows with the next move."""
+WAY = 0.1
+"""Of the canvas: so far something is pulled in one step where inequalities push."""
 
 
 class DragResult(StrEnum):
@@ -65,29 +68,35 @@ class Grip:
         lowered = lowered_expressions(plan.system, left)
         values = tuple(in_what_moves(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
         self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
-        self._target = [0.0] * len(values)
+        self._target = np.zeros(len(values))
+        self._begin = np.zeros(len(values))
+        self._whole = True
         reads = symbol_numbers(*values)
         found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
         block = None if found is None else simultaneous(found)
-        self._held = None
+        self._held: HeldBlock | None = None
         self._placing: Placing | None = None
         if isinstance(block, Free):
+            self._whole = not isinstance(block, Pushing)
             drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
             watched = None
             if drawn.wishes is not None:
                 drawn = replace(drawn, wishes=replace(drawn.wishes, errors=self._minus_target(drawn.wishes.errors)))
             else:
                 watched = [self._minus_target(function, (i,)) for i, function in enumerate(self._functions)]
-            self._held = HeldBlock(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
+            self._held = held_block(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
             self.x = self._held.x
 
     def _minus_target(self, function: Compiled, places: Sequence[int] | None = None) -> Compiled:
-        """``function``, whose values are the grip's expressions (those at ``places``), less their targets."""
-        target = self._target
-        chosen = range(len(target)) if places is None else places
+        """``function``, whose values are the grip's expressions (those at ``places``), less where they should be: at
+        their targets, or at a part of the way there (see `PushedBlock`).
+        """
+        chosen = range(len(self._target)) if places is None else places
 
         def errors(u: State, k: Sequence[FloatArray], g: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
-            return tuple(value - target[i] for i, value in zip(chosen, function(u, k, g), strict=True))
+            left = 0.0 if self._whole else 1.0 - k[-1]
+            wanted = [self._target[i] - left * (self._target[i] - self._begin[i]) for i in chosen]
+            return tuple(value - there for value, there in zip(function(u, k, g), wanted, strict=True))
 
         return errors
 
@@ -108,29 +117,37 @@ class Grip:
         """The distance from the last target."""
         if self._held is not None:
             return self._held.off(self.x)
-        instants = self.piece.instants(np.array([self.tau]))
-        state, _ = self.piece.evaluate(instants)
-        values = [first_of(function(state, instants.clocks)[0]) for function in self._functions]
-        return float(np.linalg.norm(np.subtract(values, self._target)))
+        return float(np.linalg.norm(self._values() - self._target))
+
+    def _values(self) -> FloatArray:
+        if self._held is not None:
+            state, clocks = self._held.placed(self.x)
+        else:
+            instants = self.piece.instants(np.array([self.tau]))
+            (state, _), clocks = self.piece.evaluate(instants), instants.clocks
+        return np.array([first_of(function(state, clocks)[0]) for function in self._functions])
 
     def move(self, target: Sequence[float], steps: int = STEPS_A_MOVE) -> int:
         """Pull toward ``target``, one number for each expression; returns the number of steps taken, at most ``steps``.
 
         Ends earlier where it arrives, or comes no nearer.
         """
-        return sum(1 for _ in self._steps(target, steps))
+        return sum(1 for _ in self._steps(target, steps, nearly=True))
 
     def path(self, target: Sequence[float], steps: int = MOST_STEPS) -> list[Snapshot]:
         """Like `move`: the pose before it and those after each step."""
         return [self.pose(), *(self.pose() for _ in self._steps(target, steps))]
 
-    def _steps(self, target: Sequence[float], steps: int) -> Iterator[None]:
-        self._target[:] = target
+    def _steps(self, target: Sequence[float], steps: int, *, nearly: bool = False) -> Iterator[None]:
+        self._target = np.array(target, dtype=np.float64)
         held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return
         off = held.off(self.x)
         if off <= ARRIVED * size:
+            return
+        if not self._whole:
+            yield from self._ways(self._target, steps, nearly)
             return
         for y in islice(held.pulled(self.x, steps), steps):
             self.x = y
@@ -138,6 +155,26 @@ class Grip:
             before, off = off, held.off(y)
             if off <= ARRIVED * size or before - off <= ARRIVED * size:
                 return
+
+    def _ways(self, goal: FloatArray, steps: int, nearly: bool) -> Iterator[None]:
+        """The same where inequalities push: in ways that are not long, as what is far off pulls hard to the side."""
+        held, size = self._held, self.segment_motion.plan.size
+        assert held is not None
+        here, reach = self._values(), WAY * field_of(self.segment_motion.plan.system.scene)
+        off = float(np.linalg.norm(goal - here))
+        try:
+            for _ in range(steps):
+                self._begin, self._target = here, here + (goal - here) * min(1.0, reach / off)
+                for y in held.pulled(self.x, 1):
+                    self.x = y
+                yield
+                here, before = self._values(), off
+                off = float(np.linalg.norm(goal - here))
+                last = nearly and before <= reach
+                if last or off <= ARRIVED * size or before - off <= ARRIVED * size:
+                    return
+        finally:
+            self._target = goal
 
     def placements(self) -> FloatArray:
         """(N, 4): where each thing of the scene is now, as `Placing.of`."""

@@ -27,6 +27,7 @@ from movimentum.tolerances import (
     LEAST_DIVISOR,
     LEAST_STATE_ERROR,
     QUADRATIC_CONVERGENCE,
+    ROUNDING_OF_RATES,
     RUNAWAY_TIME,
     SHORTEST_STATE_STEP,
     SMALL_STATE,
@@ -118,10 +119,12 @@ class Slopes:
     """The equation at F instants: ``rates`` gives, from states (F, p) and core values near by (F, n), the core (F, n)
     and the states' rates (F, p), nan where there is no solution. ``slopes`` gives the derivatives (F, p, p) of the
     rates by the states; of V systems side by side in p, which have nothing to do with each other, (F, V, p/V, p/V).
+    ``noise`` gives what rounding makes of the rates (F, p).
     """
 
     rates: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
     slopes: Callable[[FloatArray, FloatArray], FloatArray]
+    noise: Callable[[FloatArray, FloatArray], FloatArray]
 
 
 Equation = Callable[[FloatArray], Slopes]
@@ -172,6 +175,7 @@ class Flow:
         z0, largest = z, np.abs(z)
         length = FIRST * total
         left = MOST_STEPS / (1.0 + (len(z) / self._systems / MANY) ** 2)
+        noise: FloatArray | None = None  # is asked where a step fails: rates of a system in balance are nothing else
         while tau < self._high and tau < until and np.isfinite(rate).all():
             charge()
             left -= 1
@@ -181,8 +185,12 @@ class Flow:
             place = min(int(np.searchsorted(self._nodes, tau, side="right")) + LONGEST_NODES, len(self._nodes) - 1)
             longest = min(LONGEST * total, float(self._nodes[place]) - tau, self._high - tau)
             step = min(self._factor * length, longest)
-            one = self._step(tau, step, x, z, rate, largest)
+            one = self._step(tau, step, x, z, rate, largest if noise is None else np.maximum(largest, step * noise))
             if one is None or one.error > 1.0:
+                if noise is None:
+                    noise = self._noise(tau, x, z)
+                    if np.any(step * noise > np.maximum(largest, step * np.abs(rate))):
+                        continue
                 if step > SHORTEST_STATE_STEP * total:
                     far = 1.0 if one is None else one.error ** (-1.0 / STAGES)
                     length = max(min(0.9 * far, 0.5) if far < 1.0 else 0.25, 0.1) * step / self._factor
@@ -196,7 +204,7 @@ class Flow:
             if not np.isfinite(one.states).all():  # it leads nowhere
                 break
             tau = self._high if self._high - tau - step < STATES_AT_END * total else tau + step
-            x, z, rate = one.x, one.z, one.rate
+            x, z, rate, noise = one.x, one.z, one.rate, None
             times.append(tau)
             found.append(one)
             largest = np.maximum(largest, np.abs(z))
@@ -214,6 +222,11 @@ class Flow:
         """The core (n,) and the states' rates (p,) at one instant."""
         core, rates = self._equation(np.array([tau])).rates(z[None], x[None])
         return core[0], rates[0]
+
+    def _noise(self, tau: float, x: FloatArray, z: FloatArray) -> FloatArray:
+        """(p,) how large a state must become in one time unit, for its rate to be known as exactly as is asked."""
+        noise = self._equation(np.array([tau])).noise(z[None], x[None])[0]
+        return np.nan_to_num(noise, posinf=0.0) * (ROUNDING_OF_RATES / STATE_STEP)
 
     def _straight(self, tau: float, step: float, x: FloatArray, z: FloatArray, rate: FloatArray) -> _Step:
         """A step along the slope at its beginning."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.calculus import slopes_of
+from movimentum.planning.lowering.calculus import rounded, slopes_of
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
@@ -69,6 +70,7 @@ def _equation(problems: _Problems) -> Equation:
     """The differential equation of a block along its path."""
     block = problems.block
     jacobian: list[_Jacobian] = []
+    rounding = _Rounding(block, tuple(problems.path.plan.clocks))
 
     def at(tau: FloatArray) -> Slopes:
         outer = problems.outer(tau)
@@ -85,7 +87,12 @@ def _equation(problems: _Problems) -> Equation:
                 jacobian.append(_Jacobian(problems.path, block))
             return jacobian[0](problems.given(outer, z), x)
 
-        return Slopes(rates, slopes)
+        def noise(z: FloatArray, x: FloatArray) -> FloatArray:
+            problem = problems.given(outer, z)
+            found = rounding(problem.values(x), problem.clocks)
+            return np.stack([np.broadcast_to(each, len(x)) for each in found], axis=-1)
+
+        return Slopes(rates, slopes, noise)
 
     return at
 
@@ -133,6 +140,17 @@ def _drifting(path: Path, block: Ode, nodes: FloatArray, x: FloatArray, until: f
     return FlowTrack(core, states)
 
 
+class _Rounding:
+    """What rounding makes of a block's rates, in units of that of one number. It is compiled when it is first asked."""
+
+    def __init__(self, block: Ode, clocks: tuple[Fraction, ...]) -> None:
+        self._derivatives, self._clocks = block.derivatives, clocks
+
+    def __call__(self, values: State, clocks: Sequence[FloatArray]) -> Sequence[Any]:
+        """One for each state, of arrays that broadcast."""
+        return code_of([rounded(each) for each in self._derivatives], self._clocks)(values, clocks)
+
+
 class _Jacobian:
     """The derivatives of a block's integrands by its states, also by way of the core. They are compiled when they are
     first asked for.
@@ -162,6 +180,7 @@ def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[Flo
     count, states = len(run.size), len(block.states)
     partials, outputs = slopes_of(block.derivatives, block.states)
     slope = code_of(outputs, tuple(run.plan.clocks))
+    rounding = _Rounding(block, tuple(run.plan.clocks))
 
     def equation(tau: FloatArray, clocks: Sequence[FloatArray]) -> Slopes:
         many = tau.shape[-1]
@@ -184,7 +203,11 @@ def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[Flo
                 found[:, :, i, j] = np.broadcast_to(value, (count, many)).T
             return found if count > 1 else found[:, 0]
 
-        return Slopes(rates, slopes)
+        def noise(z: FloatArray, x: FloatArray) -> FloatArray:
+            found = rounding(known(z), clocks)
+            return np.stack([np.broadcast_to(each, (count, many)).T for each in found], axis=-1).reshape(many, -1)
+
+        return Slopes(rates, slopes, noise)
 
     return equation
 

@@ -33,7 +33,7 @@ export class Clock {
   }
 
   /* Another film; the time stays. */
-  film({frames, fps, start, steps}) {
+  film({frames, fps, start, steps, contacts = []}) {
     const time = this.time;
     this.frames = frames;
     this.fps = fps;
@@ -47,6 +47,14 @@ export class Clock {
       tick.style.left = `${frames < 2 ? 0 : 100 * (step - start) * fps / (frames - 1)}%`;
       return tick;
     }));
+    for (const {time, event, words} of contacts.slice(0, 400)) {
+      const mark = make("s", {
+        class: event, "data-testid": "contact", title: `${words}, t = ${Number(time.toFixed(4))}`,
+        onclick: () => { this.pause(); this.seek((time - this.start) * this.fps); },
+      });
+      mark.style.left = `${frames < 2 ? 0 : 100 * (time - start) * fps / (frames - 1)}%`;
+      this.ticks.append(mark);
+    }
     this.broken(this.failing);
     this.overlapping(this.touching || []);
     if (this.playing) this.began();
