@@ -74,7 +74,7 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
 IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
-PUSHED = {"escapement", "geneva", "geneva-play", "ratchet"}
+PUSHED = {"combination-lock", "escapement", "geneva", "geneva-play", "ratchet", "vending-latch", "walking-toy"}
 """What is pushed; see test_legs_and_gears.py."""
 
 FRAMES = {
