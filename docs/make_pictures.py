@@ -1,8 +1,9 @@
 """Draws the pictures of the pages: ``python docs/make_pictures.py [PICTURE …]``.
 
 Without names it draws those that are out of date. A picture belongs to the script just above it: a block of ``mov``,
-and below it ``![…](…/pictures/NAME.svg)``. It is what ``movimentum run`` makes of that script. ``pictures/made.json``
-says of which script each picture was made.
+and below it ``![…](…/pictures/NAME.svg)``. It is what ``movimentum run`` makes of that script; of a page with dozens of
+scripts (``brown-….svg``) it is a still of a moment in the film. ``pictures/made.json`` says of which script each picture
+was made.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ def draw(script: str, picture: Path) -> None:
         path = Path(folder) / picture.with_suffix(".mov").name
         path.write_text(script, encoding="utf-8")
         command = [sys.executable, "-m", "movimentum", "run", str(path), "-o", str(picture), "-q"]
+        if picture.name.startswith("brown-"):
+            end = float(re.findall(r"@(\d+(?:\.\d+)?)", script)[-1])
+            command += ["--at", f"{0.17 * end:.2f}"]
         subprocess.run(command, check=True, cwd=DOCS.parent)
 
 

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.arrays import FloatArray
+from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
-from movimentum.expressions import Expr, substitute, symbol, symbols
+from movimentum.expressions import Expr, substitute, symbol, symbols, walk
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import Cord
+from movimentum.scene.leaves import Bearing, Cord
 from movimentum.scene.model import AnchorCoordinate, Claim, Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
@@ -37,18 +38,24 @@ NOT_A_READING = "claim/not-a-reading"
 """The code of what has to be solved for and cannot just be read off a motion (an integral, a derivative)."""
 
 
-def reader(scene: Scene, expressions: Sequence[Expr]) -> Reader:
+def reader(scene: Scene, expressions: Sequence[Expr], motion: PathMotion | None = None) -> Reader:
     """Evaluates ``expressions`` of the scene's anchors, angles, properties, variables and clocks (`scene.model`).
 
-    NotImplementedError for one that has to be solved for (an integral, a derivative).
+    ``motion``: where the poses are from, if that is known: whole rounds of places of contact and of cords are counted
+    along it, derivatives are its exact rates, and ``.at`` looks at it at another time. NotImplementedError for one that
+    has to be solved for (an integral; without a motion a derivative).
     """
-    payloads = sorted(symbols(*expressions), key=repr)
-    if any(isinstance(payload, Cord) for payload in payloads):
+    if any(isinstance(payload, Cord) for payload in symbols(*expressions)):
         from movimentum.timeline.cords import read_cords  # few scripts have any
 
-        return reader(scene, read_cords(scene, expressions))
+        return reader(scene, read_cords(scene, expressions, rounds=motion is not None), motion)
+    along: dict[Expr, Callable[[Poses], FloatArray]] = {}
+    if motion is not None and _needs_motion(expressions):
+        along = _along(motion, expressions)
+    payloads = sorted((p for p in symbols(*expressions) if symbol(p) not in along), key=repr)
     place = {payload: n for n, payload in enumerate(payloads)}
-    memo: dict[Expr, Expr] = {}
+    place_along = {node: n + len(payloads) for n, node in enumerate(along)}
+    memo = {node: symbol(number) for node, number in place_along.items()}
 
     def numbered(node: Expr) -> Expr | None:
         return symbol(place[node.payload]) if node.op == "symbol" else None
@@ -79,12 +86,52 @@ def reader(scene: Scene, expressions: Sequence[Expr]) -> Reader:
                 case _:
                     raise NotImplementedError(payload)
 
-        known = [value(payload) for payload in payloads]
+        known = [*map(value, payloads), *(each(poses) for each in along.values())]
         with np.errstate(all="ignore"):
             found = function(known, [poses.times - float(start) for start in starts])
         return [np.array(np.broadcast_to(v, count), dtype=np.float64) for v in found]
 
     return read
+
+
+def _needs_motion(expressions: Sequence[Expr]) -> bool:
+    """Whether there may be something that one pose does not tell, without the modules of what that is."""
+    return any(
+        node.op in ("nearest", "nearest-turned", "derivative", "reduction") or isinstance(node.payload, Bearing | Cord)
+        for node in walk(*expressions)
+    )
+
+
+def _along(motion: PathMotion, expressions: Sequence[Expr]) -> dict[Expr, Callable[[Poses], FloatArray]]:
+    """What one pose does not tell, and how to read it in poses of a motion."""
+    from movimentum.solver.counted import counted, counts, seen  # few scripts have any
+    from movimentum.solver.rates.rates import rates_at
+
+    scene = motion.timeline.scene
+
+    def turning(node: Expr) -> Callable[[Poses], FloatArray]:
+        at_once = reader(scene, [seen(node)])
+        track = counted(motion, node, lambda poses: at_once(poses)[0])
+        return lambda poses: track.values(motion, poses)
+
+    def at_another_time(node: Expr) -> Callable[[Poses], FloatArray]:
+        inner, time = node.args
+        there = motion.poses_at([Fraction(time.value or 0.0)])
+        value = reader(scene, [inner], motion)(there)[0][0] if there.solved[0] else np.nan
+        return lambda poses: np.full(len(poses.times), value)
+
+    def moving(node: Expr) -> Callable[[Poses], FloatArray]:
+        return lambda poses: rates_at(motion, [node], 0, [Fraction(time) for time in poses.times.tolist()])[0]
+
+    found: dict[Expr, Callable[[Poses], FloatArray]] = {}
+    for node in walk(*expressions):
+        if node.op == "derivative":
+            found[node] = moving(node)
+        elif node.op == "reduction" and node.payload == "at":
+            found[node] = at_another_time(node)
+        elif counts(node):
+            found[node] = turning(node)
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +146,17 @@ class Query:
     expressions: tuple[Expr, ...]
     values: Callable[[Poses], FloatArray]
 
+    @property
+    def goes_round(self) -> bool:
+        """Whether there may be something in it that goes on for more than a round."""
+        return _needs_motion(self.expressions)
+
+    def along(self, motion: AnyMotion) -> Query:
+        """The same, in poses of a motion only: whole rounds of contacts and cords are counted along it (`reader`)."""
+        if not self.goes_round:
+            return self
+        return make_query(motion.timeline.scene, self.text, self.expressions, motion.path)
+
     def rates(self, motion: AnyMotion, order: int, times: Sequence[Fraction]) -> FloatArray:
         """(F, n): its velocity (``order`` 1) or acceleration (2) at ``times`` (ascending), per time unit.
 
@@ -109,9 +167,9 @@ class Query:
         return rates_at(motion.path, self.expressions, order, times).T
 
 
-def make_query(scene: Scene, text: str, expressions: tuple[Expr, ...]) -> Query:
-    """The query for ``expressions`` of a scene; NotImplementedError as in `reader`."""
-    read = reader(scene, expressions)
+def make_query(scene: Scene, text: str, expressions: tuple[Expr, ...], motion: PathMotion | None = None) -> Query:
+    """The query for ``expressions`` of a scene; ``motion`` and NotImplementedError as in `reader`."""
+    read = reader(scene, expressions, motion)
     return Query(text.strip(), expressions, lambda poses: np.stack(read(poses), axis=-1))
 
 
@@ -151,7 +209,18 @@ def understood(expression: Expression, step: int, rebuild: Rebuild) -> tuple[Exp
     place = timeline.scene.steps[step].claims[-1]
     if not isinstance(place, Claim):
         return ()
-    return next(held.claim.left for held in timeline.claims if held.claim.number == place.number)
+    found = next(held.claim.left for held in timeline.claims if held.claim.number == place.number)
+    for node in walk(*found):
+        if node.op == "derivative":
+            raise ScriptError([_refused(NOT_A_READING, "`.d(…)` has to be solved for", expression.span)])
+        if node.op == "reduction":
+            message = "`.at(…)` looks at another time: ask for the value there"
+            raise ScriptError([_refused("kind/reduction", message, expression.span)])
+    return found
+
+
+def _refused(code: str, message: str, span: Span) -> Diagnostic:
+    return Diagnostic(code, Severity.ERROR, message, span)
 
 
 def solved_query(

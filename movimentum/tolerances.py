@@ -506,9 +506,12 @@ PLACES_MEET = 1e-9
 PLACE_ROUNDS = 1e-10
 """Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 SLOWEST_PACE = 0.05
-"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths no second derivative there. A
+"""Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths are found for shorter pieces. A
 cusp between two of 720 places has a pace of some 0.005 of the mean at the nearer one; an ellipse is as slow if it is
 twenty times as long as wide."""
+CUSP_PACE = 1e-7
+"""Of the same pace: a curve that is slower stands still there, and its direction turns round. The least of a speed that
+is found to rounding is some 1e-8 of the mean; one that is not 0 and so small is a bend of 1e-14 of the curve."""
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 
@@ -959,6 +962,10 @@ ROOM_IN_TUBE = 1e-12
 ROOM_AT_INSTANT = 1e-15
 """The same at a single instant."""
 
+FINEST_CELL = 1e-9
+"""Of an outline's length: cells in which its nearest point is looked for are not made smaller; at that, a distance is
+known to a hundredth of what `check` allows."""
+
 JUMP_IN_TUBE = 1e-9
 """Of the scene's size: what a statement may jump by where its cases change. It is the rounding of a kink."""
 
@@ -1022,6 +1029,8 @@ PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
 PUSH_ASIDE = 1e-3
 """Of the time in which something comes to open: a guess nearer to its ends is none."""
+PUSH_BEGUN = 1e-5
+"""Of a step: how long before it is seen something has begun to open, at most, as told by how it grows."""
 PUSH_AT_ONCE = 1e-12
 """Of a path: phases that are shorter lead nowhere."""
 CONTACT_FLICKERS = 1e-6

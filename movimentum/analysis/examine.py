@@ -167,8 +167,9 @@ def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
 
         yield from overlapping_contacts(motion)
     if any(item.pushes for segment_motion in motion.segments for item in segment_motion.segment.active):
-        from movimentum.analysis.diagnose.pushing import contact_notes
+        from movimentum.analysis.diagnose.pushing import contact_notes, undecided_contacts
 
+        yield from undecided_contacts(motion)
         yield from contact_notes(motion)
 
 

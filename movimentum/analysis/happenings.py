@@ -86,8 +86,9 @@ def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
 @dataclass(frozen=True, slots=True)
 class Contact:
     """Something that happens at ``time`` between what pushes: the ``event`` is "begins", "ends", "changes" (it goes on
-    at another place of the same outlines) or "jams". ``things``: the names of the two whose outlines touch; nothing for
-    another inequality. ``statement``: that which pushes. `Motion.contacts` lists them.
+    at another place of the same outlines), "jams" or "undecided" (two corners meet, and may go on past either side of
+    each other). ``things``: the names of the two whose outlines touch; nothing for another inequality. ``statement``:
+    that which pushes. `Motion.contacts` lists them.
 
     >>> import movimentum as mv
     >>> text = "A : .disc(5) C=[0,0]; B : .disc(5) C=[30,0]; @0 A.C=[10*.t,0]; B.C=[x,0]; .gap(A, B) >= 0 .pushes; @4"
@@ -115,6 +116,7 @@ _WORDS = {
     ("ends", False): "lets go",
     ("changes", False): "goes on",
     ("jams", False): "jams",
+    ("undecided", True): "meet at their tips, and may go on past either side",
 }
 
 

@@ -33,7 +33,7 @@ def with_numbers(motion: AnyMotion, poses: Poses, instants: Sequence[Fraction] |
     if not scene.shows_numbers or not len(poses.frames):
         return poses
     times = [motion.timeline.frame_time(frame) for frame in poses.frames.tolist()] if instants is None else instants
-    found = {**texts_of(scene)(poses), **_arrows(motion, poses, instants), **camera_rows(scene, poses)}
+    found = {**texts_of(scene, motion.path)(poses), **_arrows(motion, poses, instants), **camera_rows(scene, poses)}
     for thing in scene.things:
         if thing.values and not thing.hidden:
             rows = shown_values(motion.path, thing, poses, times)
@@ -62,7 +62,7 @@ def shown_values(
     expressions = [part for value in thing.values for part in value]
     order = 1 if thing.kind.valued is Valued.VELOCITIES else 0  # of points, their velocities
     if order == 0 and not any(node.op == "derivative" for part in expressions for node in walk(part)):
-        return dict(zip(places, reader(motion.timeline.scene, expressions)(poses), strict=True))
+        return dict(zip(places, reader(motion.timeline.scene, expressions, motion)(poses), strict=True))
     return dict(zip(places, _at_each(motion, expressions, order, times), strict=True))
 
 
@@ -80,14 +80,14 @@ def _at_each(motion: PathMotion, expressions: Sequence[Expr], order: int, times:
         return np.concatenate(parts, axis=1)
 
 
-def texts_of(scene: Scene) -> Callable[[Poses], dict[tuple[int, str], FloatArray]]:
-    """Reads the numbers that the texts of a scene show, as properties of poses."""
+def texts_of(scene: Scene, motion: PathMotion | None = None) -> Callable[[Poses], dict[tuple[int, str], FloatArray]]:
+    """Reads the numbers that the texts of a scene show, as properties of poses; ``motion``: see `reader`."""
     places = [
         (thing.number, text_number(number), shown)
         for thing in scene.things
         for number, shown in enumerate(piece for piece in thing.pieces if isinstance(piece, Shown))
     ]
-    read = reader(scene, [shown.value for _, _, shown in places])
+    read = reader(scene, [shown.value for _, _, shown in places], motion)
 
     def texts(poses: Poses) -> dict[tuple[int, str], FloatArray]:
         return {(thing, name): found for (thing, name, _), found in zip(places, read(poses), strict=True)}

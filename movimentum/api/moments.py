@@ -33,8 +33,9 @@ def instant(timeline: Timeline, time: Number) -> Fraction:
     return next((step for step in steps if float(step) == float(found)), found)
 
 
-def values_of(query: Query, chunks: Iterable[Poses]) -> FloatArray:
-    """(F,) or (F, 2)."""
+def values_of(motion: AnyMotion, query: Query, chunks: Iterable[Poses]) -> FloatArray:
+    """(F,) or (F, 2) in poses of a motion."""
+    query = query.along(motion)
     return _narrowed(np.concatenate([query.values(poses) for poses in chunks]) + 0.0)
 
 
@@ -111,7 +112,7 @@ class Moments:
     @called
     def __getitem__(self, name: str) -> FloatArray:
         """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
-        return self._given(values_of(self.motion.names.query(name), (self._poses,)))
+        return self._given(values_of(self.motion.solution.motion, self.motion.names.query(name), (self._poses,)))
 
     @called
     def velocity(self, name: str) -> FloatArray:

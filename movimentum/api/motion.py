@@ -168,7 +168,7 @@ class Motion:
         nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
         name that there is not, `ScriptError` for what is no expression.
         """
-        return values_of(self.names.query(name), self._chunks)
+        return values_of(self.solution.motion, self.names.query(name), self._chunks)
 
     @called
     def velocity(self, name: str) -> FloatArray:

@@ -13,9 +13,9 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.certifying.blocks import Encloser, Tubes
-from movimentum.certifying.forms import up
+from movimentum.certifying.forms import NOT_ENCLOSED, up
 from movimentum.certifying.tubes import Tunnel, halves, within
-from movimentum.expressions import Expr, add, call, mul, neg, sub
+from movimentum.expressions import Expr, add, call, mul, neg, sub, walk
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.proving.film import lowered
 from movimentum.proving.tower import NotAlgebraic
@@ -30,6 +30,11 @@ ROUNDS = 48
 """How often intervals are halved."""
 MOST, MOST_OF_ONE = 10_000, 20
 """Intervals that are looked at for one bound in one piece: so many, and so many more for each tube."""
+
+
+OF_TWO = "where two outlines are nearest to each other is found in floats only, and not enclosed"
+
+TWO_AS_NEAR = ", where two places of an outline may be as near"
 
 
 class BoundVerdict(StrEnum):
@@ -97,6 +102,8 @@ def _judged(motion: PathMotion, held: HeldClaim, tunnels: Sequence[tuple[Segment
             off = _off(claim, lowered(segment_motion, [*claim.left, *claim.right]))
         except NotAlgebraic as error:
             return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, str(error))
+        if any(node.op in NOT_ENCLOSED for node in walk(off)):
+            return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, OF_TWO)
         precise = NEAREST_BOUND * motion.size if strict else MARGIN_KNOWN * allowed
         one = largest(tunnel, off, precise)
         if one.least > found.least:
@@ -104,7 +111,8 @@ def _judged(motion: PathMotion, held: HeldClaim, tunnels: Sequence[tuple[Segment
         else:
             found = Largest(found.least, max(one.most, found.most), found.time, found.unknown)
         if one.unknown is not None and not why:
-            why = f"nothing is proved at t = {start + one.unknown:.6g}"
+            two = any(node.op == "nearest" for node in walk(off))
+            why = f"nothing is proved at t = {start + one.unknown:.6g}{TWO_AS_NEAR if two else ''}"
     beyond = allowed if claim.relation is Relation.EQUAL else 0.0
     if found.least > allowed or (strict and found.least >= 0.0):
         return Bound(held, BoundVerdict.FALSE, beyond - found.least, found.time)

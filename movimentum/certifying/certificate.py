@@ -330,7 +330,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
         case _:
             rows = encloser.plan.stated_rows(block)
             if any(node.op in NOT_ENCLOSED for node in rows.nodes):
-                return f"an outline's nearest point determines {names}, which is not enclosed"
+                return f"the nearest places of two outlines determine {names}, and are not enclosed"
             return None if block.moving or encloser.rows(block) is not None else f"{names} is free to be anywhere"
 
 

@@ -25,8 +25,8 @@ from movimentum.expressions.tables import Pieces, Table
 from movimentum.records import dataclass, field
 from movimentum.tolerances import LEAST_RADIUS, NEAR_END_OF_ANGLE, RADIUS_UP, UNIT_ROUNDOFF
 
-NOT_ENCLOSED = frozenset({"nearest", "nearest-turned"})
-"""Operations that have no enclosure: the nearest point of an outline."""
+NOT_ENCLOSED = frozenset({"nearest-turned"})
+"""Operations that have no enclosure: the nearest places of two outlines."""
 MOST_EXPONENT = 64
 """The largest whole exponent that is written as products."""
 
@@ -142,12 +142,12 @@ class Forms:
     """The arithmetic of forms (see `expressions.operations.column`, and `solver.arithmetic.evaluation.Arithmetic`).
 
     ``jump``: how far the expressions evaluated so far may jump in an interval, where a case distinction or a whole part
-    changes, (N,) or 0.
+    changes, (N,) or 0. ``tables``: those known so far.
     """
 
     jump: FloatArray | float = 0.0
     _column: dict[str, Any] = field(init=False)
-    _tables: dict[Table, Pieces] = field(default_factory=dict[Table, Pieces])
+    tables: dict[Table, Pieces] = field(default_factory=dict[Table, Pieces])
 
     def __post_init__(self) -> None:
         self._column = column(self)
@@ -175,6 +175,12 @@ class Forms:
 
     def call(self, op: str, payload: Hashable, arguments: Sequence[TimeForm]) -> TimeForm:
         """One operation; nan and an infinite radius where it has no value."""
+        if op == "nearest":
+            from movimentum.certifying.nearest import nearest_place  # which needs forms
+
+            place, jump = nearest_place(payload, *arguments, self.tables)
+            self.jump = np.maximum(self.jump, jump)
+            return place
         if op in NOT_ENCLOSED:
             return nothing(len(arguments[0].c))
         value = self._column[op]
@@ -322,9 +328,9 @@ class Forms:
 
     def table(self, a: TimeForm, table: Table) -> TimeForm:
         """What a table says (see `tabled`)."""
-        if table not in self._tables:
-            self._tables[table] = pieces_of(table)
-        value, off, slope, slope_off, jump = reach(table, self._tables[table], a.c, a.reach)
+        if table not in self.tables:
+            self.tables[table] = pieces_of(table)
+        value, off, slope, slope_off, jump = reach(table, self.tables[table], a.c, a.reach)
         self.jump = np.maximum(self.jump, jump)
         r = off + np.abs(slope) * a.r + slope_off * a.reach + 4.0 * UNIT_ROUNDOFF * np.abs(slope * a.s)
         return TimeForm(value, slope * a.s, np.where(np.isfinite(value), up(r), np.inf))

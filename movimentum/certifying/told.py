@@ -111,7 +111,7 @@ def certificate_text(found: Certificate, source: SourceText) -> str:
 
 def _margin(bound: Bound) -> str:
     if not math.isfinite(bound.margin):
-        return ""
+        return f": {bound.why}" if bound.why else ""
     if bound.verdict is BoundVerdict.UNDECIDED and not bound.counts:
         return ": an equality, which is for `movimentum prove`"
     when = f"at t = {bound.time:.6g}"

@@ -188,7 +188,7 @@ FUNCTION_HELP: dict[str, tuple[str, str]] = {
     "range": (".range(s)", "The greatest less the least of all frames (measures and goals)."),
     "first": (".first(s)", "The value in the first frame (measures and goals)."),
     "last": (".last(s)", "The value in the last frame (measures and goals)."),
-    "at": (".at(s, t)", "The value at the time t (measures and goals)."),
+    "at": (".at(s, t)", "The value at the time t: in claims, measures and goals, and in statements from then on."),
 }
 
 CLOCK_HELP: dict[str, tuple[str, str]] = {

@@ -81,10 +81,10 @@ class Expr:
     first asked for. One that is 0, 1 or -1 has none if it is exactly that number, and only then it is left out of sums
     and products. The ``origin`` of a power is its exponent, where no float is. ``occurring``: what there is in it of
     `Occurring`. ``value``: the number of a ``const``, otherwise None. ``symbols_below`` is kept by `walk.symbols`, once
-    asked for.
+    asked for. ``twin``: a node that is equal but not the `same`, once found.
     """
 
-    __slots__ = ("_hash", "_origin", "args", "depth", "occurring", "op", "payload", "symbols_below", "value")
+    __slots__ = ("_hash", "_origin", "args", "depth", "occurring", "op", "payload", "symbols_below", "twin", "value")
 
     op: str
     args: tuple[Expr, ...]
@@ -93,6 +93,7 @@ class Expr:
     occurring: int
     value: float | None
     symbols_below: frozenset[Hashable] | None
+    twin: Expr | None
     _origin: Expr | tuple[str, tuple[Expr, ...]] | None
 
     def __init__(
@@ -120,6 +121,7 @@ class Expr:
             self.value = payload if op == "const" and isinstance(payload, float) else None
         self.occurring = occurring
         self.symbols_below = None
+        self.twin = None
         self._hash = hash((op, args, payload))
 
     @property
@@ -142,11 +144,17 @@ class Expr:
             return True
         if not isinstance(other, Expr) or self._hash != other._hash:
             return False
+        if self.twin is other or other.twin is self:
+            return True
         if self.op != other.op or self.payload != other.payload or self.args != other.args:
             return False
         args = self.args
-        if args and args[0].op != "const" and args[-1].op != "const":  # equal constants may have different origins
-            other.args = args  # one copy from here on: nodes that share parts are compared in one pass, not in 2^depth
+        if args and args is not other.args and args[0].op != "const" and args[-1].op != "const":
+            # one copy from here on: nodes that share parts are compared in one pass, not in 2^depth
+            if all(map(same, args, other.args)):
+                other.args = args
+            else:  # equal constants in them have different origins
+                other.twin = self
         return True
 
     def __repr__(self) -> str:
@@ -227,6 +235,20 @@ def _fold(value: float, op: str, *args: Expr) -> Expr:
     return folded(value, (op, args))
 
 
+def _fold_sum(value: float, a: Expr, b: Expr) -> Expr:
+    """The const a + b, ``value`` in floats: where most digits cancel and one of the two had been rounded, what the
+    exact numbers give, so that `1 + 5e-17 - 1` is 5e-17.
+    """
+    if abs(value) * _CANCELLED < abs(a.value or 0.0) and (a.origin or b.origin) is not None:
+        exact = rational_value(Expr("add", (a, b)))
+        value = value if exact is None else float(exact)
+    return _fold(value, "add", a, b)
+
+
+_CANCELLED = 1000.0
+"""A sum that is smaller than its parts by more than this has lost digits that matter."""
+
+
 def _is(node: Expr, number: float) -> bool:
     """Whether a node is exactly a number (see `Expr.origin`)."""
     return node.value == number and node._origin is None  # pyright: ignore[reportPrivateUsage]
@@ -236,7 +258,7 @@ def same(a: Expr, b: Expr) -> bool:
     """Whether two nodes are equal, and their constants are the same rational numbers, or were computed alike."""
     if a is b:
         return True
-    if a != b:
+    if a != b or a.twin is b or b.twin is a:
         return False
     seen: set[tuple[int, int]] = set()
     stack = [(a, b)]
@@ -273,7 +295,7 @@ def progress(begin: Fraction, end: Fraction | None) -> Expr:
 def add(a: Expr, b: Expr) -> Expr:
     """a + b."""
     if a.value is not None and b.value is not None:
-        return _fold(a.value + b.value, "add", a, b)
+        return _fold_sum(a.value + b.value, a, b)
     if _is(a, 0.0):
         return b
     if _is(b, 0.0):

@@ -165,6 +165,8 @@ def _reader_of(formulas: SideFormulas) -> SideReader | None:
     if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
         return None
     timeline, names, unfolding = formulas.lowered.timeline, formulas.names, OriginUnfolding()
+    if timeline.kept:  # they change with the constants
+        return None
     size = scene_size(timeline.scene)
     segments: list[SegmentSlopes] = []
     earlier: Segment | None = None

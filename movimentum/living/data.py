@@ -23,6 +23,8 @@ from movimentum.vector.film import Film
 from movimentum.vector.page import FilmData
 from movimentum.vector.spelling import css, nine_digits
 
+GROWN = 3
+"""Decimals of the points of teeth, in pixels: there are thousands."""
 LETTERS = "0123456789+-.,%eEinfa–_ "
 """What numbers are written with."""
 
@@ -157,7 +159,9 @@ class LiveData(FilmData):
         found = super().unclipped(PreparedMark(FigureMark(mark.paint, parts)), None)
         scale = thing.toothed.module / plain.toothed.module
         for part in found["parts"]:
-            part["rings"] = [[[px - x, py - y] for px, py in ring] for ring in part["rings"]]
+            part["rings"] = [
+                [[round(px - x, GROWN), round(py - y, GROWN)] for px, py in ring] for ring in part["rings"]
+            ]
             part["centre"], part["scale"] = list(thing.anchors[0].local), scale
         return found
 

@@ -33,6 +33,7 @@ class Slider:
 class Figure:
     """Everything that a page is made of. ``film``: of one moment, with live numbers; ``rate``: frames a second;
     ``handle``: the thing and the anchor (by name) that drives it; ``times``: of all frames; ``end``: of the film.
+    ``conditions``: how many of each stage's margins are no forks of the motion, and come first.
     """
 
     film: Film
@@ -47,6 +48,7 @@ class Figure:
     size: float
     handle: tuple[str, str] | None
     places: dict[int, list[int]]
+    conditions: int = 0
 
 
 def figure_parts(figure: Figure) -> tuple[str, dict[str, Any]]:

@@ -17,11 +17,12 @@ from movimentum.records import dataclass, replace
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveStage:
-    """A step: its program has, after the outputs of the picture, its margins, then what inequalities and equations
-    that determine nothing keep it to, so many of each.
+    """A step: its program has, after the ``drawn`` outputs of the picture, its margins, then what inequalities and
+    equations that determine nothing keep it to, so many of each.
     """
 
     program: StageProgram
+    drawn: int
     margins: int
     choices: int
     checks: int
@@ -37,12 +38,14 @@ class LiveStage:
         return any(isinstance(one, ContinuousTurn | NewtonLoop) for one in self.program.statements)
 
 
-def live_stage(stage: StageProgram) -> LiveStage:
-    """A step with everything that it must keep to among its outputs."""
+def live_stage(stage: StageProgram, drawn: int) -> LiveStage:
+    """A step with everything that it must keep to among its outputs; the first are ``drawn``, others must not be
+    negative.
+    """
     loops = [each for one in stage.statements if isinstance(one, NewtonLoop) for each in one.residuals]
-    margins = [fork.margin for fork in stage.forks]
+    margins = [*stage.outputs[drawn:], *(fork.margin for fork in stage.forks)]
     checks = [*stage.checks, *loops]
-    outputs = (*stage.outputs, *margins, *stage.choices, *checks)
+    outputs = (*stage.outputs[:drawn], *margins, *stage.choices, *checks)
     # the page begins at the beginning, and remembers
     statements = tuple(
         replace(one, times=one.times[:1], values=one.values[:1])
@@ -51,7 +54,7 @@ def live_stage(stage: StageProgram) -> LiveStage:
         for one in stage.statements
     )
     program = replace(stage, statements=statements, outputs=outputs)
-    return LiveStage(program, len(margins), len(stage.choices), len(checks))
+    return LiveStage(program, drawn, len(margins), len(stage.choices), len(checks))
 
 
 def opened(expressions: Sequence[Expr]) -> list[Expr]:

@@ -15,13 +15,15 @@ from functools import cached_property
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.expressions import ZERO, Expr, add, call, const, mul, sub, substitute, symbol, walk
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, substitute, symbol, walk
 from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
+from movimentum.expressions.tables import Ends
 from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
 from movimentum.outlines.lengths import Paces, paces
-from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED
+from movimentum.records import replace
+from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
 
 PLACE = symbol("place")
 """The parameter."""
@@ -258,6 +260,17 @@ class Contour:
         return -1.0 if self.doubled or (self.area >= 0.0) != self.hollow else 1.0
 
     @cached_property
+    def radius(self) -> float | None:
+        """That of a circle about the origin by its angle, counter-clockwise; None for anything else."""
+        if not self.closed or self.breaks != (0.0, 360.0) or self.hollow:
+            return None
+        places = np.linspace(0.0, 330.0, 12)
+        x, y = self.values(places)[:2]
+        radius = float(np.hypot(x[0], y[0]))
+        off = np.hypot(x - radius * np.cos(np.radians(places)), y - radius * np.sin(np.radians(places)))
+        return radius if float(off.max()) <= PIECE_ROUND * radius else None
+
+    @cached_property
     def facets(self) -> Facets:
         """The corners as a polygon that goes round with what is free on the right; an open one goes there and back."""
         points = self.corners[0]
@@ -291,6 +304,22 @@ class Contour:
         """The place that is so far along the curve as `PLACE` says, from 0 at its beginning to 1 at its end."""
         rest = call("table", PLACE, payload=self._paces.back(self.length, self.period))
         return add(add(const(self.first), mul(const(self.period), PLACE)), rest)
+
+    def length_at(self, place: float) -> float:
+        """How many pixels a place is along it."""
+        return float(numeric([self.travelled])(np.array(place))[0])
+
+    @property
+    def kinked(self) -> bool:
+        """Whether it has a corner or a cusp."""
+        return len(self._paces.parts) > 1
+
+    def at_length(self, length: Expr) -> Expr:
+        """The place so many pixels along it; of an open one nowhere beyond its ends."""
+        share = div(length, const(self.length))
+        paces = self._paces if self.closed else replace(self._paces, ends=Ends.NOTHING)
+        rest = call("table", share, payload=paces.back(self.length, self.period))
+        return add(add(const(self.first), mul(const(self.period), share)), rest)
 
     def placed(self, linear: tuple[float, float, float, float], at: Point) -> Contour:
         """The same after a map (a, b, c, d) and a shift: (x, y) goes to (a x + b y, c x + d y) + ``at``."""

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import ZERO, Expr, add, call, div, mul, neg, sub, symbol
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, sub, symbol
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.walk import substitute, walk
-from movimentum.outlines.contour import Contour, put_in
+from movimentum.outlines.contour import Contour, numeric, put_in, slope
 from movimentum.outlines.search import of_points, of_two
 from movimentum.records import dataclass, replace
 
@@ -34,16 +34,34 @@ class Nearest:
     places together stop the shortest way out.
 
     Arguments are (x, y) of the point in the frame of ``first``; or of the origin of ``second`` there, and cosine and
-    sine of how far it is turned.
+    sine of how far it is turned. ``counts``: the rounds of a closed outline count where the place is followed, and
+    everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn. ``share``: it is told by its
+    share of the outline's length.
     """
 
     first: Contour
     second: Contour | None = None
     which: int = 0
+    counts: bool = False
+    drawn: float | None = None
+    share: bool = False
 
     def other(self, which: int) -> Nearest:
         """The place on the other one."""
-        return replace(self, which=which)
+        return replace(self, which=which, counts=False, drawn=None, share=False)
+
+    def counted(self, drawn: float | None = None) -> Nearest:
+        """The same with rounds that count."""
+        return replace(self, counts=True, drawn=drawn)
+
+    def shared(self) -> Nearest:
+        """The same with rounds that count, as a share of the length."""
+        return replace(self, counts=True, share=True)
+
+    @property
+    def plain(self) -> Nearest:
+        """The same place, whoever asks for it."""
+        return replace(self, counts=False, drawn=None, share=False) if self.counts or self.share else self
 
     def place(self, *pose: Expr) -> Expr:
         """The place as an expression."""
@@ -53,6 +71,10 @@ class Nearest:
         """How fast the place moves, given how its arguments do: the rows of the contact stay zero."""
         if self.which == LONGER:
             return ZERO
+        if self.share:
+            place = Expr(node.op, node.args, self.plain)
+            pace = put_in(slope(self.outline.travelled), place)
+            return mul(div(pace, const(self.outline.length)), self.plain.rate(place, d))
         return _rate(self, node, d)
 
     def value(self, m: Any, *pose: Any) -> Any:
@@ -62,6 +84,11 @@ class Nearest:
         if all(isinstance(each, int | float | np.ndarray | np.floating) for each in pose):
             return self.at(*pose)
         return type(pose[0])(self.at(*(float(each) for each in pose)))
+
+    @property
+    def outline(self) -> Contour:
+        """The one that the place is on."""
+        return self.both[self.which]
 
     @property
     def both(self) -> tuple[Contour, Contour]:
@@ -79,6 +106,9 @@ class Nearest:
         shape = arrays[0].shape
         flat = np.stack([each.reshape(-1) for each in arrays])
         found = _places(self.first, self.second, flat.tobytes(), flat.shape[1])[self.which].reshape(shape)
+        if self.share:
+            (found,) = numeric([self.outline.travelled])(found)
+            found = found / self.outline.length
         return found if shape else float(found)
 
 

@@ -54,6 +54,18 @@ def of_points(contour: Contour, q: FloatArray) -> FloatArray:
     return np.stack([best, best, np.ones_like(best)])
 
 
+def nearest_sample(contour: Contour, q: FloatArray) -> FloatArray:
+    """Places (F,) near the nearest samples to F points (2, F), at which an outline is across the line to the point."""
+    points = contour.stations[0]
+    k = np.empty(q.shape[1], dtype=np.intp)
+    step = max(1, MOST_PAIRS // len(points))
+    for first in range(0, len(k), step):
+        some = slice(first, first + step)
+        off = (q[0][some, None] - points[:, 0]) ** 2 + (q[1][some, None] - points[:, 1]) ** 2
+        k[some] = np.argmin(off, axis=1)
+    return _bisected(contour, q, *_neighbours(contour, k))
+
+
 def _neighbours(contour: Contour, k: Any) -> tuple[FloatArray, FloatArray]:
     """The places around station k between which the nearest one is; beyond the ends of a closed outline too."""
     _, begin, end = contour.stations
@@ -95,6 +107,12 @@ def of_two(first: Contour, second: Contour, pose: FloatArray) -> FloatArray:
     """(3, F): places on two outlines for F poses (4, F) of the second (x, y, cosine and sine), and how much longer the
     way between them is than across the first: 1, but where two places together stop the shortest way out.
     """
+    if second.radius is not None:
+        return _of_circle(first, pose)
+    if first.radius is not None:
+        x, y, c, s = pose
+        u, v, longer = _of_circle(second, np.stack([-c * x - s * y, s * x - c * y, c, -s]))
+        return np.stack([v, u, longer])
     if first.straight and second.straight:
         return _of_straight(first, second, pose)
     u, v = first.samples[:-1], second.samples[:-1]
@@ -105,6 +123,15 @@ def of_two(first: Contour, second: Contour, pose: FloatArray) -> FloatArray:
         some = slice(begin, min(begin + step, count))
         found[:, some] = _of_some(first, second, pose[:, some], u, v)
     return found
+
+
+def _of_circle(first: Contour, pose: FloatArray) -> FloatArray:
+    """The same where the second is a circle about its origin, by its angle: the line goes through its centre."""
+    place = of_points(first, pose[:2])[0]
+    tx, ty = first.values(place)[2:4]
+    inwards = np.arctan2(-first.side * tx, first.side * ty)  # against the outward normal
+    angle = np.degrees(inwards - np.arctan2(pose[3], pose[2]))
+    return np.stack([place, angle - 360.0 * np.floor(angle / 360.0), np.ones_like(place)])
 
 
 def _of_straight(first: Contour, second: Contour, pose: FloatArray) -> FloatArray:

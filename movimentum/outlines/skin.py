@@ -3,20 +3,21 @@
 A *knob* is a point with a radius: a corner (radius 0), a convex arc, a disc. It touches with the directions of its
 *fan*, those of its outward normals. An *edge* is straight. A *bowl* is a concave arc, which is touched from inside. A
 *bend* is a piece of any other curve that turns one way and not far, so that it has one place for each direction.
-Everything within the outline's ``reach`` belongs to it: knobs and edges are so much larger, bowls smaller.
+Everything within the outline's *reach* belongs to it: knobs and edges are so much larger, bowls smaller.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.contour import Contour
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES, PIECE_ROUND, PIECE_STRAIGHT, PIECE_TURNS
 
 SAMPLES = 17
@@ -30,13 +31,14 @@ CAP = math.radians(90.0)
 @dataclass(frozen=True, slots=True, eq=False)
 class Bends:
     """Pieces (N,) of one contour, from ``first`` to ``last`` of its parameter; ``side``: of its outward normal.
-    ``quick``: what gives the contour's values quickly, if there is such a thing.
+    ``reach``: as that of a skin. ``quick``: what gives the contour's values quickly, if there is such a thing.
     """
 
     contour: Contour
     first: FloatArray
     last: FloatArray
     side: float
+    reach: float
     quick: Callable[[FloatArray], FloatArray] | None = None
 
     def values(self, place: FloatArray) -> FloatArray:
@@ -47,10 +49,10 @@ class Bends:
 @dataclass(frozen=True, slots=True, eq=False)
 class Skin:
     """What of an outline may touch. ``knobs`` (P, 5): x, y, radius, direction of the middle of the fan and half its
-    extent (radians; π: all round). ``edges`` (E, 4): from (x, y) to (x, y) with what is outside on the right.
-    ``bowls`` (B, 5): as knobs, with the directions from the centre to the arc. ``bends``: other curves.
+    extent (radians; π: all round). ``edges`` (E, 5): from (x, y) to (x, y) with what is outside on the right, and its
+    reach. ``bowls`` (B, 5): as knobs, with the directions from the centre to the arc. ``bends``: other curves.
 
-    ``reach`` is in all of them. ``moments``: the area, its centre (x, y), and its second moments about that (xx, xy,
+    The reach is in all of them. ``moments``: the area, its centre (x, y), and its second moments about that (xx, xy,
     yy): how much its motion counts.
     """
 
@@ -58,7 +60,6 @@ class Skin:
     edges: FloatArray
     bowls: FloatArray
     bends: tuple[Bends, ...]
-    reach: float
     moments: tuple[float, float, float, float, float, float]
 
     def placed(self, x: float, y: float, c: float, s: float) -> Skin:
@@ -74,22 +75,23 @@ class Skin:
             there[:, 3] = part[:, 3] + turn
             return there
 
-        edges = np.column_stack([*moved(*self.edges[:, :2].T), *moved(*self.edges[:, 2:].T)])
+        edges = np.column_stack([*moved(*self.edges[:, :2].T), *moved(*self.edges[:, 2:4].T), self.edges[:, 4]])
         bends = tuple(
-            Bends(bend.contour.placed((c, -s, s, c), (x, y)), bend.first, bend.last, bend.side) for bend in self.bends
+            Bends(bend.contour.placed((c, -s, s, c), (x, y)), bend.first, bend.last, bend.side, bend.reach)
+            for bend in self.bends
         )
         area, cx, cy, xx, xy, yy = self.moments
         turned = np.array([[c, -s], [s, c]]) @ np.array([[xx, xy], [xy, yy]]) @ np.array([[c, s], [-s, c]])
         centre = x + c * cx - s * cy, y + s * cx + c * cy
         second = float(turned[0, 0]), float(turned[0, 1]), float(turned[1, 1])
-        return Skin(rounds(self.knobs), edges, rounds(self.bowls), bends, self.reach, (area, *centre, *second))
+        return Skin(rounds(self.knobs), edges, rounds(self.bowls), bends, (area, *centre, *second))
 
 
 def disc_skin(radius: float, at: tuple[float, float] = (0.0, 0.0)) -> Skin:
     """That of a disc, or of a point."""
     area = math.pi * radius * radius
     second = area * radius * radius / 4.0
-    return _skin([(*at, radius, 0.0, math.pi)], [], [], (), radius, (area, *at, second, 0.0, second))
+    return _skin([(*at, radius, 0.0, math.pi)], [], [], (), (area, *at, second, 0.0, second))
 
 
 def _skin(
@@ -97,13 +99,12 @@ def _skin(
     edges: Sequence[Sequence[float]],
     bowls: Sequence[Sequence[float]],
     bends: Sequence[Bends],
-    reach: float,
     moments: tuple[float, float, float, float, float, float],
 ) -> Skin:
     def table(rows: Sequence[Sequence[float]], columns: int) -> FloatArray:
         return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
-    return Skin(table(knobs, 5), table(edges, 4), table(bowls, 5), tuple(bends), reach, moments)
+    return Skin(table(knobs, 5), table(edges, 5), table(bowls, 5), tuple(bends), moments)
 
 
 def joined_skins(skins: Sequence[Skin]) -> Skin:
@@ -120,17 +121,24 @@ def united(pieces: Sequence[Skin]) -> Skin:
 
 
 def _together(skins: Sequence[Skin], signs: Sequence[float]) -> Skin:
-    first = skins[0]
     total = np.zeros(6)
     for skin, sign in zip(skins, signs, strict=True):
         total = total + sign * np.array(_about_origin(skin.moments))
-    parts = [np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")]
-    bends = tuple(bend for skin in skins for bend in skin.bends)
+    parts = gathered(skins)
     area, mx, my, xx, xy, yy = (float(v) for v in total)
-    knobs, edges, bowls = parts
-    return Skin(knobs, edges, bowls, bends, first.reach, _about_centre(area, mx, my, xx, xy, yy))
+    return replace(parts, moments=_about_centre(area, mx, my, xx, xy, yy))
 
 
+def gathered(skins: Sequence[Skin]) -> Skin:
+    """All parts of all of them in one table each, in order, each in its own skin's frame; its moments say nothing."""
+    knobs, edges, bowls = (
+        np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")
+    )
+    bends = tuple(bend for skin in skins for bend in skin.bends)
+    return Skin(knobs, edges, bowls, bends, (0.0,) * 6)
+
+
+@lru_cache(maxsize=256)
 def skin_of(contour: Contour) -> Skin:
     """That of a contour."""
     knobs: list[tuple[float, ...]] = []
@@ -155,7 +163,7 @@ def skin_of(contour: Contour) -> Skin:
             continue
         if _is_straight(x, y, extent):
             ends = (x[0], y[0], x[-1], y[-1])
-            edges.append(ends if side < 0.0 else (*ends[2:], *ends[:2]))
+            edges.append((*ends, reach) if side < 0.0 else (*ends[2:], *ends[:2], reach))
             continue
         arc = _arc(x, y, extent)
         if arc is not None:
@@ -172,7 +180,7 @@ def skin_of(contour: Contour) -> Skin:
         for first, last in _one_way(contour, begin, end):
             firsts.append(first)
             lasts.append(last)
-    bends = (Bends(contour, np.array(firsts), np.array(lasts), side),) if firsts else ()
+    bends = (Bends(contour, np.array(firsts), np.array(lasts), side, reach),) if firsts else ()
     if not contour.closed:
         for place, way in ((contour.first, -1.0), (contour.last, 1.0)):
             x0, y0, tx0, ty0 = (float(v) for v in contour.values(np.array([place]))[:4, 0])
@@ -180,7 +188,7 @@ def skin_of(contour: Contour) -> Skin:
             ahead = math.atan2(way * ty0, way * tx0)
             towards = math.remainder(ahead - normal, 2.0 * math.pi)
             knobs.append((x0, y0, reach, normal + math.copysign(CAP / 2.0, towards), CAP / 2.0))
-    return _skin(knobs, edges, bowls, bends, reach, _moments(contour))
+    return _skin(knobs, edges, bowls, bends, _moments(contour))
 
 
 def _turned(tx: FloatArray, ty: FloatArray) -> float:

@@ -8,7 +8,7 @@ is not negative.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,17 +47,21 @@ class Touch:
         """(M,) whether the outlines are that near to each other there."""
         return (self.along >= -within) & (self.fan >= -OUTLINE_FAN)
 
+    def first(self) -> Touch:
+        """The first of F poses, where there are (F, M) places."""
+        return Touch(self.value[0], self.along[0], self.fan[0], self.point[0], self.normal[0])
+
     def turned_round(self) -> Touch:
         """The same, of the second and the first."""
         return Touch(self.value, self.along, self.fan, self.point, -self.normal)
 
 
-def measured(kind: int, one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    """The places of the parts ``i`` of one skin and ``j`` of another (both (M,)), as ``KINDS[kind]`` says."""
+def measured(kind: int, skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
+    """The places of the parts ``i`` in one pose each and ``j`` in another (both (M,)), as ``KINDS[kind]`` says."""
     first, second = KINDS[kind]
     if (first, second) in _MEASURE:
-        return _MEASURE[first, second](one, pose, other, there, i, j)
-    return _MEASURE[second, first](other, there, one, pose, j, i).turned_round()
+        return _MEASURE[first, second](skin, pose, there, i, j)
+    return _MEASURE[second, first](skin, there, pose, j, i).turned_round()
 
 
 def _moved(pose: Pose, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -82,23 +86,23 @@ def _fan(part: FloatArray, pose: Pose, dx: FloatArray, dy: FloatArray) -> FloatA
     return np.where(part[:, 4] >= math.pi, math.pi, part[:, 4] - np.abs(np.arctan2(c * dy - s * dx, c * dx + s * dy)))
 
 
-def _knob_edge(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    knob, edge = one.knobs[i], other.edges[j]
+def _knob_edge(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
+    knob, edge = skin.knobs[i], skin.edges[j]
     x, y = _moved(pose, knob[:, 0], knob[:, 1])
     px, py = _moved(there, edge[:, 0], edge[:, 1])
     qx, qy = _moved(there, edge[:, 2], edge[:, 3])
     length = np.hypot(qx - px, qy - py)
     tx, ty = (qx - px) / length, (qy - py) / length
     nx, ny = ty, -tx
-    value = nx * (x - px) + ny * (y - py) - knob[:, 2] - other.reach
+    value = nx * (x - px) + ny * (y - py) - knob[:, 2] - edge[:, 4]
     s = tx * (x - px) + ty * (y - py)
     return Touch(
         value, np.minimum(s, length - s), _fan(knob, pose, -nx, -ny), np.stack([x, y], 1), np.stack([nx, ny], 1)
     )
 
 
-def _knob_knob(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    a, b = one.knobs[i], other.knobs[j]
+def _knob_knob(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
+    a, b = skin.knobs[i], skin.knobs[j]
     x, y = _moved(pose, a[:, 0], a[:, 1])
     u, v = _moved(there, b[:, 0], b[:, 1])
     far = np.hypot(x - u, y - v)
@@ -108,8 +112,8 @@ def _knob_knob(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
     return Touch(far - a[:, 2] - b[:, 2], np.full(len(far), np.inf), fan, np.stack([x, y], 1), np.stack([dx, dy], 1))
 
 
-def _knob_bowl(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    a, b = one.knobs[i], other.bowls[j]
+def _knob_bowl(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
+    a, b = skin.knobs[i], skin.bowls[j]
     x, y = _moved(pose, a[:, 0], a[:, 1])
     u, v = _moved(there, b[:, 0], b[:, 1])
     far = np.hypot(x - u, y - v)
@@ -130,24 +134,18 @@ def _knob_bowl(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
 _Ahead = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def flattened(bends: tuple[Bends, ...]) -> Iterator[tuple[int, Bends]]:
-    """Where the pieces of each contour begin among all of them."""
-    begin = 0
-    for bend in bends:
-        yield begin, bend
-        begin += len(bend.first)
-
-
 def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArray], Touch], count: int) -> Touch:
     """``work`` for the bends of each contour among ``j``: with their numbers, and their places in j."""
     value, along, fan = np.full(count, np.inf), np.full(count, -np.inf), np.full(count, -np.inf)
     point, normal = np.zeros((count, 2)), np.zeros((count, 2))
-    for begin, bend in flattened(skin.bends):
-        places = np.nonzero((j >= begin) & (j < begin + len(bend.first)))[0]
-        if len(places):
-            found = work(bend, j[places] - begin, places)
-            value[places], along[places], fan[places] = found.value, found.along, found.fan
-            point[places], normal[places] = found.point, found.normal
+    ends = np.cumsum([len(bend.first) for bend in skin.bends])
+    which = np.searchsorted(ends, j, side="right")
+    for k in np.unique(which).tolist():
+        bend, places = skin.bends[k], np.nonzero(which == k)[0]
+        begin = int(ends[k]) - len(bend.first)
+        found = work(bend, j[places] - begin, places)
+        value[places], along[places], fan[places] = found.value, found.along, found.fan
+        point[places], normal[places] = found.point, found.normal
     return Touch(value, along, fan, point, normal)
 
 
@@ -197,9 +195,9 @@ def _bulges(bend: Bends, at: FloatArray) -> NDArray[np.bool_]:
     return (tx * ry - ty * rx) * bend.side < 0.0
 
 
-def _knob_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
+def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
-        knob, mine, their = one.knobs[i[places]], _some(pose, places), _some(there, places)
+        knob, mine, their = skin.knobs[i[places]], _some(pose, places), _some(there, places)
         wx, wy = _moved(mine, knob[:, 0], knob[:, 1])
         x, y = _inside(their, wx, wy)
 
@@ -213,17 +211,17 @@ def _knob_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
 
         _, slack, at = _root(bend, k, ahead)
         px, py, nx, ny = _bent(bend, at)
-        value = nx * (x - px) + ny * (y - py) - knob[:, 2] - other.reach
+        value = nx * (x - px) + ny * (y - py) - knob[:, 2] - bend.reach
         c, s = their[2:]
         dx, dy = c * nx - s * ny, s * nx + c * ny
         return Touch(value, slack, _fan(knob, mine, -dx, -dy), np.stack([wx, wy], 1), np.stack([dx, dy], 1))
 
-    return _per_curve(other, j, work, len(i))
+    return _per_curve(skin, j, work, len(i))
 
 
-def _edge_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
+def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
-        edge, mine, their = one.edges[i[places]], _some(pose, places), _some(there, places)
+        edge, mine, their = skin.edges[i[places]], _some(pose, places), _some(there, places)
         px, py = _inside(their, *_moved(mine, edge[:, 0], edge[:, 1]))
         qx, qy = _inside(their, *_moved(mine, edge[:, 2], edge[:, 3]))
         length = np.hypot(qx - px, qy - py)
@@ -238,7 +236,7 @@ def _edge_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
 
         _, slack, at = _root(bend, k, ahead)
         x, y, nx, ny = _bent(bend, at)
-        value = ex * (x - px) + ey * (y - py) - one.reach - other.reach
+        value = ex * (x - px) + ey * (y - py) - edge[:, 4] - bend.reach
         s = tx * (x - px) + ty * (y - py)
         faces = (nx * ex + ny * ey < 0.0) & _bulges(bend, at)
         c, sine = their[2:]
@@ -247,12 +245,12 @@ def _edge_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
         along = np.minimum(np.minimum(s, length - s), np.where(slack >= 0.0, np.inf, slack * length))
         return Touch(value, along, np.where(faces, np.inf, -np.inf), point, np.stack([dx, dy], 1))
 
-    return _per_curve(other, j, work, len(i))
+    return _per_curve(skin, j, work, len(i))
 
 
-def _bowl_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
+def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
-        bowl, mine, their = one.bowls[i[places]], _some(pose, places), _some(there, places)
+        bowl, mine, their = skin.bowls[i[places]], _some(pose, places), _some(there, places)
         cx, cy = _inside(their, *_moved(mine, bowl[:, 0], bowl[:, 1]))
 
         def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -272,25 +270,23 @@ def _bowl_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: 
         fits = (nx * ux + ny * uy > 0.0) & _bulges(bend, at)
         fan = np.where(fits, _fan(bowl, mine, dx, dy), -np.inf)
         point = np.stack(_moved(their, x, y), 1)
-        return Touch(bowl[:, 2] - far - other.reach, slack, fan, point, np.stack([dx, dy], 1))
+        return Touch(bowl[:, 2] - far - bend.reach, slack, fan, point, np.stack([dx, dy], 1))
 
-    return _per_curve(other, j, work, len(i))
+    return _per_curve(skin, j, work, len(i))
 
 
-def _bend_bend(one: Skin, pose: Pose, other: Skin, there: Pose, i: IntArray, j: IntArray) -> Touch:
+def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
         def inner(mine: Bends, m: IntArray, own: IntArray) -> Touch:
             some = places[own]
-            return _two_bends(mine, m, _some(pose, some), one.reach, bend, k[own], _some(there, some), other.reach)
+            return _two_bends(mine, m, _some(pose, some), bend, k[own], _some(there, some))
 
-        return _per_curve(one, i[places], inner, len(places))
+        return _per_curve(skin, i[places], inner, len(places))
 
-    return _per_curve(other, j, work, len(i))
+    return _per_curve(skin, j, work, len(i))
 
 
-def _two_bends(
-    one: Bends, i: IntArray, pose: Pose, reach: float, other: Bends, j: IntArray, there: Pose, reached: float
-) -> Touch:
+def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, there: Pose) -> Touch:
     """By Newton's method from the middle of both."""
     u, v = 0.5 * (one.first[i] + one.last[i]), 0.5 * (other.first[j] + other.last[j])
     wide, far = one.last[i] - one.first[i], other.last[j] - other.first[j]
@@ -309,7 +305,7 @@ def _two_bends(
     p, q, mx, my = _bent(other, other.values(v))
     p, q = ox + c * p - s * q, oy + s * p + c * q
     mx, my = c * mx - s * my, s * mx + c * my
-    value = nx * (p - x) + ny * (q - y) - reach - reached
+    value = nx * (p - x) + ny * (q - y) - one.reach - other.reach
     speed = np.hypot(*one.values(u)[4:6])
     inside = np.minimum(
         np.minimum(u - one.first[i], one.last[i] - u) / wide, np.minimum(v - other.first[j], other.last[j] - v) / far
@@ -347,16 +343,16 @@ def circles(skin: Skin, part: int) -> FloatArray:
     if part == BOWLS:  # its arc, and not all within
         return _about_bowls(skin)
     if part == EDGES:
-        middle = 0.5 * (skin.edges[:, :2] + skin.edges[:, 2:])
-        half = 0.5 * np.hypot(*(skin.edges[:, 2:] - skin.edges[:, :2]).T)
-        return np.column_stack([middle, half + skin.reach])
+        middle = 0.5 * (skin.edges[:, :2] + skin.edges[:, 2:4])
+        half = 0.5 * np.hypot(*(skin.edges[:, 2:4] - skin.edges[:, :2]).T)
+        return np.column_stack([middle, half + skin.edges[:, 4]])
     found: list[FloatArray] = [np.zeros((0, 3))]
-    for _, bend in flattened(skin.bends):
+    for bend in skin.bends:
         places = bend.first[:, None] + (bend.last - bend.first)[:, None] * np.linspace(0.0, 1.0, 9)
         x, y = bend.values(places)[:2]
         middle = np.stack([0.5 * (x.min(1) + x.max(1)), 0.5 * (y.min(1) + y.max(1))], 1)
         radius = np.max(np.hypot(x - middle[:, :1], y - middle[:, 1:]), axis=1) * 1.05
-        found.append(np.column_stack([middle, radius + skin.reach]))
+        found.append(np.column_stack([middle, radius + bend.reach]))
     return np.concatenate(found)
 
 
@@ -367,12 +363,3 @@ def _about_bowls(skin: Skin) -> FloatArray:
     out: FloatArray = radius * np.cos(some) * small
     reach: FloatArray = radius * np.maximum(np.sin(some) + (1.0 - np.cos(some)) * small, ~small)
     return np.column_stack([x + out * np.cos(turn), y + out * np.sin(turn), reach])
-
-
-def near(one: FloatArray, pose: Pose, other: FloatArray, there: Pose, within: float) -> tuple[IntArray, IntArray]:
-    """The pairs (i, j) of circles (see `circles`) that are no farther apart than that."""
-    x, y = _moved(pose, one[:, 0], one[:, 1])
-    u, v = _moved(there, other[:, 0], other[:, 1])
-    apart = np.hypot(x[:, None] - u, y[:, None] - v) - one[:, 2, None] - other[:, 2]
-    found = np.nonzero(apart <= within)
-    return found[0].astype(np.int64), found[1].astype(np.int64)

@@ -6,7 +6,7 @@ the unknowns that most others follow from become the parameters. Each pose of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -20,11 +20,12 @@ from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
 from movimentum.proving.film import state_at
 from movimentum.proving.groups import RowGroup
-from movimentum.proving.lowering import CLOCK, Lowering, common_bases
+from movimentum.proving.lowering import CLOCK, Lowering, Opaque, common_bases
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, Work, make_ring
 from movimentum.proving.tower import FreeParameter, Full, NotAlgebraic, Quotient, Tower, Unit
 from movimentum.records import dataclass, field
+from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import ThingAngle, VariableComponent
 from movimentum.solver.segment_motion import SegmentMotion
 
@@ -70,11 +71,11 @@ class Chain:
     def build(self, wanted: Iterable[Expr]) -> None:
         """Make the tower; `NotAlgebraic` where there is none, `NoBall` where the pose is a special one."""
         self.tower = Tower(make_ring(self.size, Work(MOST_LOWERING), accelerated=self.accelerated), given=self.given)
-        self.lowering = Lowering(self.tower, self._unknown, self.known, self.bases, loose=self.loose)
+        unknowns = self.motion.plan.system.unknowns
+        places = frozenset(n for n, one in enumerate(unknowns) if isinstance(one.payload, ContactPlace))
+        self.lowering = Lowering(self.tower, self._unknown, self.known, self.bases, places=places, loose=self.loose)
         time = self.motion.segment.start + Fraction(self.tau)
-        self.point = TowerPoint(
-            self.tower, Drives(time, self.film, _turns(self.state), self.given, constants=self.constants)
-        )
+        self.point = TowerPoint(self.tower, Drives(time, self.film, self.state, self.given, constants=self.constants))
         blocks = self.needed(wanted)
         self.blocks = frozenset(block.number for block in blocks)
         if self.pooled:
@@ -98,7 +99,7 @@ class Chain:
             state = state_at(motion, tau)
             time = motion.segment.start + Fraction(tau)
             film: dict[int, float] = {}
-            drives = Drives(time, film, _turns(state), self.given, constants=self.constants)
+            drives = Drives(time, film, state, self.given, constants=self.constants)
             for place, n in self.of_place.items():
                 value = state[n]
                 if value is None or not np.isfinite(value):
@@ -117,6 +118,34 @@ class Chain:
     def loosened(self) -> bool:
         """Whether a function of time was made a free parameter."""
         return self.lowering.loosened
+
+    @property
+    def opaque(self) -> str:
+        """What was made a free parameter although the mechanism finds it, in words; "" if nothing was."""
+        return " and ".join(self.lowering.opaque)
+
+    def genuine(self, *polynomials: Polynomial) -> bool:
+        """Whether polynomials have only values that the mechanism can have, wherever parameters are moved to: not where
+        they are made of one that it finds, such as the angle of a direction.
+        """
+        if self.opaque:
+            return False
+        ring, lost = self.tower.ring, set[int]()
+        for step in self.tower.steps:
+            alone = isinstance(step, Unit | FreeParameter) and self._found(step)
+            if alone or any(ring.occurring(part) & lost for part in step.parts):
+                lost.update(step.places)
+        return not any(ring.occurring(p) & lost for p in polynomials)
+
+    def _found(self, step: Unit | FreeParameter) -> bool:
+        """Whether a parameter is one that the mechanism finds: the number of a direction's angle, or the direction of a
+        number.
+        """
+        source = step.source
+        if isinstance(step, Unit):
+            return isinstance(source, int) and (source in self.known or source in self.of_place.values())
+        turn = isinstance(source, tuple) and source[0] == "turn"  # pyright: ignore[reportUnknownMemberType]
+        return turn and source[1] in self.lowering.vectors  # pyright: ignore
 
     @property
     def roomy(self) -> bool:
@@ -214,10 +243,12 @@ class Chain:
         lowering = self.lowering
         form = reason = None
         try:
-            form = lowering.angle(expr)
+            angle = isinstance(self.motion.plan.system.unknowns[n].payload, ThingAngle)
+            form = lowering.phase(expr) if angle else lowering.angle(expr)
         except NotAlgebraic as error:
             reason = error
-        if form is not None and all(not isinstance(source, int) or source in lowering.forms for source in form):
+        known = {*lowering.forms, *self.known}
+        if form is not None and all(not isinstance(source, int) or source in known for source in form):
             lowering.forms[n] = form
         if not isinstance(self.motion.plan.system.unknowns[n].payload, ThingAngle):
             try:
@@ -258,6 +289,7 @@ class Chain:
             freely,
             self._rank,
             self.choice,
+            lambda: bool(self.lowering.opaque),
         )
 
     def _rank(self, place: int) -> int:
@@ -353,14 +385,9 @@ def chain_of(
     raise reason or NotAlgebraic("there are too many equations")
 
 
-def _turns(state: Sequence[float | None]) -> Callable[[Hashable], float | None]:
-    """The angles of a state, in degrees."""
-    return lambda source: state[source] if isinstance(source, int) else None
-
-
 def _of_time(source: Hashable) -> bool:
     """Whether what gives a parameter changes with the time: a constant has no other value."""
-    return source == CLOCK or isinstance(source, int) or (isinstance(source, Expr) and source.timed)
+    return source == CLOCK or isinstance(source, int | Opaque) or (isinstance(source, Expr) and source.timed)
 
 
 def _touch(chain: Chain, expression: Expr) -> None:

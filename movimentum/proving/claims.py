@@ -209,7 +209,7 @@ def moved(chain: Chain, number: int, share: float = 1.0) -> TowerPoint | None:
         return value + share * way
 
     here = chain.point.drives
-    drives = Drives(here.time, here.film, here.turns, here.given, elsewhere, constants=here.constants)
+    drives = Drives(here.time, here.film, here.state, here.given, elsewhere, constants=here.constants)
     point = TowerPoint(chain.tower, drives, dict(chain.point.signs))
     try:
         point.extend()

@@ -19,7 +19,8 @@ class RowGroup:
     """Rows that are zero, in the ``open`` variables and those that are known. ``present``: whether a polynomial is
     clearly not zero at the pose. ``where``: what the group is about, for conditions. ``freely``: whether some variables
     may be taken as parameters. ``rank``: which unknowns to express by others first, the lowest.
-    ``choice``: which of several equally good parameters to take.
+    ``choice``: which of several equally good parameters to take. ``lost``: whether rows may have lost unknowns, so that
+    one that is in none is a parameter, too.
     """
 
     tower: Tower
@@ -30,6 +31,7 @@ class RowGroup:
     freely: bool = False
     rank: Callable[[int], int] = lambda place: 0
     choice: int = 0
+    lost: Callable[[], bool] = lambda: False
 
     def solve(self) -> None:
         """Add the steps; `NotAlgebraic` where the rows are no chain."""
@@ -39,6 +41,8 @@ class RowGroup:
             if self._eliminated(later, constant=True) or self._single() or self._pair():
                 continue
             if self._eliminated(later, constant=False):
+                continue
+            if self.lost() and self._unbound():
                 continue
             if not self.freely or not self._freed():
                 names = self.where(self.open)
@@ -235,6 +239,20 @@ class RowGroup:
 
     # --- more unknowns than rows
 
+    def _unbound(self) -> bool:
+        """Take an unknown that is in no row as a parameter."""
+        place = next(
+            (one for one in sorted(self.open) if not any(one in self._unsolved(row) for row in self.rows)), None
+        )
+        if place is None:
+            return False
+        self._parameter(place)
+        return True
+
+    def _parameter(self, place: int) -> None:
+        self.tower.steps.append(FreeParameter(place, ("chosen", place)))
+        self.open.discard(place)
+
     def _freed(self) -> bool:
         """Take the unknown as a parameter after which most others follow."""
         if len(self.open) > LARGEST or len(self.rows) >= len(self.open):
@@ -243,8 +261,7 @@ class RowGroup:
         reach = {one: _reach(sets, {one}) for one in sorted(self.open)}
         best = [one for one in reach if reach[one] == max(reach.values())]
         place = best[-1 - 2 * self.choice % len(best)]  # cranks often come last
-        self.tower.steps.append(FreeParameter(place, ("chosen", place)))
-        self.open.discard(place)
+        self._parameter(place)
         return True
 
 

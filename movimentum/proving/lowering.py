@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
-from movimentum.expressions import Expr, symbols
+from movimentum.expressions import Expr, rational_value, symbols, walk
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
 from movimentum.tolerances import GUESSED_DIRECTION
@@ -27,20 +27,36 @@ Form = dict[Hashable, Fraction]
 sine is taken as free."""
 Vector = tuple[Quotient, Quotient]
 
+OPAQUE = frozenset(
+    {"table", "nearest", "nearest-turned", "min", "max", "floor", "mod", "exp", "ln", "ease", "le", "pow"}
+)
+"""Functions of what the mechanism finds of which nothing is known here but that equal arguments give equal values."""
+MEMORY = frozenset({"integral", "derivative", "reduction", "progress", "lifetime"})
+"""What depends on more than the instant."""
+
 WORDS = {
     "min": "`.min`", "max": "`.max`", "floor": "`.floor`", "mod": "`.mod`", "exp": "`.exp`", "ln": "`.ln`",
     "ease": "`.ease`", "le": "a case distinction", "integral": "an integral", "derivative": "a rate",
     "reduction": "a value of the whole film", "progress": "a share of a step", "lifetime": "`.iv`",
+    "table": "a table", "nearest": "a place of contact", "nearest-turned": "a place of contact", "pow": "a power",
     "asind": "an angle", "acosd": "an angle", "atand": "an angle", "atan2d": "an angle",
 }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Opaque:
+    """What a function that is not algebraic gives, of unknowns: as a parameter it may have any value."""
+
+    node: Expr
 
 
 @dataclass(slots=True, eq=False)
 class Lowering:
     """Lowers expressions into a ``tower``. ``known``: unknowns with their quotients; ``forms``: those that are angles;
     ``vectors``: the directions of angles that the mechanism finds. ``bases``: of which share of a source all multiples
-    are taken. ``requests``: the shares that were asked for. ``loose``: a function of time alone that would be long is a
-    free parameter, too (and ``loosened`` then): what is proved so is proved for more.
+    are taken. ``requests``: the shares that were asked for. ``loose``: a function of time alone, or of ``places`` along
+    curves, that would be long is a free parameter, too (and ``loosened`` then): what is proved so is proved for more.
+    So are functions that are not algebraic: ``opaque`` tells which, in words.
     """
 
     tower: Tower
@@ -51,8 +67,13 @@ class Lowering:
     forms: dict[int, Form] = field(default_factory=dict[int, Form])
     vectors: dict[Hashable, Callable[[], Vector]] = field(default_factory=dict[Hashable, "Callable[[], Vector]"])
     shown: dict[Hashable, Vector] = field(default_factory=dict[Hashable, Vector])
+    places: frozenset[Hashable] = frozenset()
     loose: bool = False
     loosened: bool = False
+    opaque: dict[str, None] = field(default_factory=dict[str, None])
+    arguments: list[tuple[Expr, list[Quotient], Hashable]] = field(
+        default_factory=list["tuple[Expr, list[Quotient], Hashable]"]
+    )
     memo: dict[int, tuple[Expr, Quotient]] = field(default_factory=dict[int, "tuple[Expr, Quotient]"])
 
     # --- numbers
@@ -62,11 +83,15 @@ class Lowering:
         found = self.memo.get(id(node))
         if found is None:
             value = self._value(node)
-            if self.loose and node.timed and not symbols(node) and self._long(value):
+            if self.loose and self._of_one_place(node) and self._long(value):
                 self.loosened = True
-                value = self.tower.free(node)
+                value = self.tower.free(Opaque(node) if symbols(node) else node)
             found = self.memo[id(node)] = node, value
         return found[1]
+
+    def _of_one_place(self, node: Expr) -> bool:
+        """Whether a node is a function of time alone, or of places along curves."""
+        return symbols(node) <= self.places and (bool(symbols(node)) or node.timed)
 
     def _long(self, value: Quotient) -> bool:
         """Whether a function of time has products of what time tells; a circle's x and y have none."""
@@ -102,9 +127,9 @@ class Lowering:
                 found = self.value(args[0])
                 return tower.sqrt(tower.mul(found, found))
             case "sind" | "cosd":
-                return self.vector(self.angle(args[0]))[node.op == "sind"]
+                return self.vector(self.phase(args[0]))[node.op == "sind"]
             case "tand":
-                c, s = self.vector(self.angle(args[0]))
+                c, s = self.vector(self.phase(args[0]))
                 return tower.div(s, c)
             case _:
                 return self._opaque(node)
@@ -143,7 +168,8 @@ class Lowering:
     def _turn(self, source: Hashable) -> Quotient:
         if source == DEGREE:
             return self.tower.number(1)
-        return self.tower.free(source if source == CLOCK or isinstance(source, Expr) else ("turn", source))
+        known = source == CLOCK or isinstance(source, Expr | Opaque)
+        return self.tower.free(source if known else ("turn", source))
 
     def _power(self, node: Expr) -> Quotient:
         exponent = Fraction(node.exponent).limit_denominator(1000)
@@ -152,14 +178,34 @@ class Lowering:
             return self.tower.power(base, int(exponent))
         if exponent.denominator == 2 and float(exponent) == node.exponent:
             return self.tower.power(self.tower.sqrt(base), int(exponent.numerator))
-        raise NotAlgebraic(f"a power of {node.exponent:g} is not algebraic enough for a proof")
+        return self._opaque(node)
 
     def _opaque(self, node: Expr) -> Quotient:
         if node.op == "atan2d" and (degrees := self._degrees(node)) is not None:
             return self.tower.number(degrees)
+        if not symbols(node) and not node.timed and (number := rational_value(node)) is not None:
+            return self.tower.number(number)
         if not symbols(node) and node.op not in ("integral", "derivative", "reduction"):
-            return self.tower.free(node)  # time alone tells it, or a constant
+            return self.tower.free(self._known(node, node) if node.timed else node)  # time tells it, or it is constant
+        if node.op in OPAQUE:
+            return self.tower.free(self._parameter(node))
         raise NotAlgebraic(f"{WORDS.get(node.op, f'`{node.op}`')} is not algebraic")
+
+    def _parameter(self, node: Expr) -> Hashable:
+        self.opaque[WORDS.get(node.op, "what a sine is taken of")] = None
+        return self._known(node, Opaque(node))
+
+    def _known(self, node: Expr, source: Hashable) -> Hashable:
+        """What was taken for the same function of equal arguments; ``source`` if nothing was."""
+        try:
+            args = [self.value(arg) for arg in node.args]
+        except NotAlgebraic:
+            return source
+        for one, others, known in self.arguments:
+            if (one.op, one.payload, others) == (node.op, node.payload, args):
+                return known
+        self.arguments.append((node, args, source))
+        return source
 
     # --- angles
 
@@ -196,6 +242,15 @@ class Lowering:
                 raise NotAlgebraic("the sine or cosine of what is no sum of angles is not algebraic")
             case _:
                 return {node: Fraction(1)}
+
+    def phase(self, node: Expr) -> Form:
+        """What a sine is taken of, or an angle is: a sum of angles, or one of which nothing is known."""
+        try:
+            return self.angle(node)
+        except NotAlgebraic:
+            if any(each.op in MEMORY for each in walk(node)):
+                raise
+            return {self._parameter(node): Fraction(1)}
 
     def _rational(self, node: Expr) -> Fraction | None:
         """The rational number that a constant is; None of any other expression."""

@@ -10,11 +10,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain as joined
 
-from movimentum.expressions import ZERO, Expr, const, same
+from movimentum.expressions import ZERO, Expr, const, rational_value, same
 from movimentum.proving.chain import Chain, Numbers
+from movimentum.proving.lowering import Lowering
+from movimentum.proving.points import TowerPoint
 from movimentum.proving.rings import TooMuch
-from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.tower import NotAlgebraic, Tower
 from movimentum.proving.zero import Zero
+
+ARITHMETIC = frozenset({"add", "neg", "mul", "div", "pow", "sqrt", "abs"})
+"""Operations on constants that `lowering` does exactly, so that their arguments need not be told apart."""
 
 
 def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
@@ -30,10 +35,18 @@ def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
         groups.setdefault(value, []).append(node)
     for value, found in groups.items():
         first, *rest = [ZERO] * (value == 0.0 and value in used) + found + others.get(value, [])
-        for node in rest:
-            if not (same(first, node) or _one_number(chain, first, node)):
-                reason = f"two of its numbers are {value!r} to 16 digits, and nothing shows that they are equal"
-                raise NotAlgebraic(reason)
+        _all_one(value, first, rest, chain.tower, chain.lowering, chain.point)
+
+
+def told_inside(tower: Tower, lowering: Lowering, point: TowerPoint, constants: Sequence[Expr]) -> None:
+    """`NotAlgebraic` where two numbers of one float, of which functions are taken in ``constants`` (not these
+    themselves), are not proved to be the same.
+    """
+    groups: dict[float, list[Expr]] = {}
+    for value, node in _constants(constants, told=False):
+        _add(groups, value, node)
+    for value, (first, *rest) in groups.items():
+        _all_one(value, first, rest, tower, lowering, point)
 
 
 def _of_mechanism(chain: Chain) -> Numbers:
@@ -66,27 +79,43 @@ def _add(groups: dict[float, list[Expr]], value: float, node: Expr) -> None:
         known.append(node)
 
 
-def _constants(expressions: Iterable[Expr]) -> Iterator[tuple[float, Expr]]:
-    """The constants below expressions with their floats, each by itself: equal ones may come from different things."""
-    seen: set[int] = set()
-    stack = list(expressions)
+def _constants(expressions: Iterable[Expr], *, told: bool = True) -> Iterator[tuple[float, Expr]]:
+    """The constants below expressions with their floats, each by itself: equal ones may come from different things. Of
+    what a constant was folded from, those that a function is taken of which is no exact arithmetic here, such as
+    `.exp`. ``told``: whether the expressions themselves may be such constants.
+    """
+    seen: set[tuple[int, bool]] = set()
+    stack = [(each, told) for each in expressions]
     while stack:
-        node = stack.pop()
-        if id(node) in seen:
+        node, told = stack.pop()
+        if (id(node), told) in seen:
             continue
-        seen.add(id(node))
-        stack.extend(node.args)
+        seen.add((id(node), told))
+        stack.extend((arg, told) for arg in node.args)
         if node.value is not None:
-            yield node.value, node
+            if told:
+                yield node.value, node
+            if node.origin is not None:
+                opaque = node.origin.op not in ARITHMETIC and rational_value(node) is None
+                stack.extend((arg, opaque) for arg in node.origin.args)
+                if node.origin.op == "pow":
+                    stack.append((node.origin, False))
         elif node.op == "pow" and node.origin is not None:  # an exponent that is no float
             yield node.exponent, const(node.exponent)
             yield node.exponent, node.origin
 
 
-def _one_number(chain: Chain, a: Expr, b: Expr) -> bool:
-    tower, lowering = chain.tower, chain.lowering
+def _all_one(
+    value: float, first: Expr, rest: Sequence[Expr], tower: Tower, lowering: Lowering, point: TowerPoint
+) -> None:
+    for node in rest:
+        if not (same(first, node) or _one_number(first, node, tower, lowering, point)):
+            raise NotAlgebraic(f"two of its numbers are {value!r} to 16 digits, and nothing shows that they are equal")
+
+
+def _one_number(a: Expr, b: Expr, tower: Tower, lowering: Lowering, point: TowerPoint) -> bool:
     try:
         top = tower.sub(lowering.value(a), lowering.value(b)).top
-        return top == tower.ring.zero or (zero := Zero(chain.point, [top])).vanishes(zero.wanted[0])
+        return top == tower.ring.zero or (zero := Zero(point, [top])).vanishes(zero.wanted[0])
     except (NotAlgebraic, TooMuch):
         return False

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+import math
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 from movimentum.expressions import Expr, walk
 from movimentum.proving import balls
 from movimentum.proving.balls import BITS, Ball, NoBall
-from movimentum.proving.lowering import CLOCK, DEGREE
+from movimentum.proving.lowering import CLOCK, DEGREE, Opaque
 from movimentum.proving.rings import Polynomial
 from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, Tower, Unit, Value
 from movimentum.records import dataclass, field
@@ -25,14 +26,14 @@ DIGITS = BITS * 3 // 10 + 20
 class Drives:
     """What the sources of parameters are worth at ``time`` (None: at other positions than the film's).
 
-    ``film``: floats of the variables that are unknowns of the mechanism, at a pose of the film. ``turns``: angles in
-    degrees, floats. ``given``: constants that are left open. ``moved``: chooses other values for what may be chosen.
-    ``constants``: those that are known already, of all poses.
+    ``film``: floats of the variables that are unknowns of the mechanism, at a pose of the film. ``state``: of all its
+    unknowns, angles in degrees. ``given``: constants that are left open. ``moved``: chooses other values
+    for what may be chosen. ``constants``: those that are known already, of all poses.
     """
 
     time: Fraction
     film: Mapping[int, float]
-    turns: Callable[[Hashable], float | None]
+    state: Sequence[float | None] = ()
     given: Mapping[Hashable, Fraction] = field(default_factory=dict[Hashable, Fraction])
     moved: Callable[[float], float] | None = None
     values: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
@@ -40,6 +41,8 @@ class Drives:
 
     def value(self, source: Hashable) -> Any:
         """A source's value, a number of mpmath's."""
+        if isinstance(source, tuple) and source[0] == "turn":  # pyright: ignore[reportUnknownMemberType]
+            source = source[1]  # pyright: ignore[reportUnknownVariableType]
         found = self.values.get(source)
         if found is None:
             found = self.values[source] = self._value(source)
@@ -63,12 +66,12 @@ class Drives:
             exact = number(self.time.numerator) / self.time.denominator
         elif isinstance(source, Expr):
             exact = self._evaluated(source)
+        elif isinstance(source, Opaque):
+            exact = self._evaluated(source.node)
         elif isinstance(source, tuple) and source[0] == "chosen":  # pyright: ignore[reportUnknownMemberType]
             exact = number(self.film[source[1]])  # pyright: ignore
         else:
-            key = source[1] if isinstance(source, tuple) else source  # pyright: ignore
-            turn = self.turns(key)  # pyright: ignore
-            if turn is None:
+            if not isinstance(source, int) or (turn := self.state[source]) is None:
                 raise NotAlgebraic("an angle that the mechanism finds is used as a number")
             exact = number(turn)
         return exact if self.moved is None else number(self.moved(float(exact)))
@@ -83,7 +86,10 @@ class Drives:
                 return arithmetic().rationals([time - one.start])
             if one.payload in self.given:
                 return arithmetic().rationals([self.given[one.payload]])
-            raise NoBall
+            value = self.state[one.payload] if isinstance(one.payload, int) else None
+            if value is None or not math.isfinite(value):
+                raise NoBall
+            return arithmetic().rationals([Fraction(value)])
 
         (found,) = Evaluator(arithmetic()).values(list(walk(node)), [node], leaf)
         value = found[0]

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
+from typing import TypeVar
 
 from movimentum.proving.balls import NoBall
+from movimentum.proving.constants import judged_constants
 from movimentum.proving.rings import TooMuch
 from movimentum.proving.step import ClaimInStep, anchors_of, sides_and_spots
 from movimentum.proving.stretches import Chains
@@ -21,6 +23,8 @@ from movimentum.timeline.model import HeldClaim
 from movimentum.tolerances import CLAIM_MET
 
 PROVED = (ProofVerdict.PROVED, ProofVerdict.ON_BRANCH)
+ROUNDED = "in the film it is off by the rounding of its numbers only, and no proof was found"
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,11 +51,9 @@ class Prover:
         """
         for held in self.motion.timeline.claims if claims is None else claims:
             found = broken.get(held.claim.number)
-            if found is not None:
-                false = self.false(held, *found)
-                yield within(partial(self._with_other_branch, false, found[0])) or false
-                continue
-            judged = within(partial(self.judged, held))
+            judged = within(partial(self.judged, held, found))
+            if judged is None and found is not None:
+                judged = self.false(held, *found)
             yield judged or Judgement(held, ProofVerdict.UNKNOWN, why="there was no time left; `--seconds` gives more")
 
     def false(self, held: HeldClaim, time: float, off: float) -> Judgement:
@@ -66,18 +68,38 @@ class Prover:
             pose[f"{body.name}.{body.anchors[anchor].name}"] = float(x), float(y)
         return Judgement(held, ProofVerdict.FALSE, why=why, counterexample=pose)
 
-    def judged(self, held: HeldClaim) -> Judgement:
-        """The verdict on a claim that holds in the film."""
+    def judged(self, held: HeldClaim, broken: tuple[float, float] | None = None) -> Judgement:
+        """The verdict on a claim. ``broken``: when it is off most in the film, and by how much; None where it holds."""
+        constant = judged_constants(held, accelerated=self.accelerated, given=self.given, most=self.most)
+        if constant is not None:
+            return constant
+        if broken is not None and not self._only_rounded(held, broken[0]):
+            return self._with_other_branch(self.false(held, *broken), broken[0])
         found = self._with_chains(partial(self._judged, held))
         if isinstance(found, Judgement):
+            if broken is not None and found.verdict not in PROVED:
+                return Judgement(held, ProofVerdict.UNKNOWN, why=ROUNDED)
             return found
-        return Judgement(held, ProofVerdict.UNKNOWN, why=found)
+        return Judgement(held, ProofVerdict.UNKNOWN, why=found if broken is None else ROUNDED)
 
-    def _with_chains(self, work: Callable[[Chains], Judgement]) -> Judgement | str:
+    def _only_rounded(self, held: HeldClaim, time: float) -> bool:
+        """Whether a claim that is off in the film at a ``time`` is so by rounding only."""
+
+        def off(chains: Chains) -> bool:
+            for motion, low, high in self._parts(held):
+                tau = time - float(motion.segment.start)
+                if low <= tau <= high:
+                    return ClaimInStep(held, motion, chains, self.tolerance, self.most).off_at(tau)
+            return True
+
+        found = self._with_chains(off)
+        return found is False
+
+    def _with_chains(self, work: Callable[[Chains], T]) -> T | str:
         """What work on the chains gives, or the reason why it gives nothing."""
         chains = self._kept.pop() if self._kept else Chains(self.accelerated, self.given)
         try:
-            found = work(chains)
+            found: T | str = work(chains)
         except (NotAlgebraic, NoBall, TooMuch, Full, RecursionError) as error:
             found = _reason(error)
         self._kept.append(chains)  # not where the work was ended: a chain may be half done

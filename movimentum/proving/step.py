@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from movimentum.expressions import Expr, symbol, symbols
+from movimentum.expressions import Expr, sub, symbol, symbols
 from movimentum.proving import balls
 from movimentum.proving.balls import NoBall
 from movimentum.proving.chain import Chain
@@ -13,6 +14,7 @@ from movimentum.proving.claims import (
     SidesApart,
     amount,
     differences,
+    film_value,
     moved,
     reached,
     rests_on_lengths,
@@ -77,6 +79,30 @@ class ClaimInStep:
                 return f"{choice} {'are on their other sides' if many else 'is on its other side'}"
         return None
 
+    def off_at(self, tau: float) -> bool:
+        """Whether the claim fails at a pose of the film, as exact numbers tell."""
+        claim, count = self.held.claim, len(self.held.claim.left)
+        sides = lowered(self.motion, [*claim.left, *claim.right])
+        apart = [sub(a, b) for a, b in zip(sides[:count], sides[count:], strict=True)]
+        if not self._fails([film_value(self.motion, tau, each) for each in apart]):
+            return False
+        left, right = self._stated(tau, tau, loose=True)
+        ways = [component[0] for component in differences(self._known, left, right)]
+        exact = [amount(self._point(), way) for way in ways if way.whole is not None]
+        known = [balls.as_float(each) for each in exact if each is not None]
+        return len(known) < count or self._fails(known)
+
+    def _fails(self, apart: Sequence[float]) -> bool:
+        """Whether sides that are ``apart`` by this, left minus right, break the claim."""
+        match self.held.claim.relation:
+            case Relation.EQUAL:
+                return math.hypot(*apart) > self._allowed
+            case Relation.BELOW:
+                off = apart[0]
+            case _:
+                off = -apart[0]
+        return off >= 0.0 if self.held.claim.strict and self.held.claim.tolerance is None else off > self._allowed
+
     def _stated(self, low: float, high: float, *, loose: bool) -> tuple[list[Expr], list[Expr]]:
         """The claim's sides in the unknowns of its chain, which is made here."""
         claim = self.held.claim
@@ -101,6 +127,9 @@ class ClaimInStep:
             component = [way for way in component if not way.whole_turns(chain.motion, chain.tau)]
             found = tried(point, component, self.most)
             if not found.proved:
+                if chain.opaque:
+                    why = f"{chain.opaque} is not algebraic, and no proof was found that holds whatever it gives"
+                    return Judgement(self.held, ProofVerdict.UNKNOWN, why=why)
                 if chain.loosened:
                     return Judgement(self.held, ProofVerdict.UNKNOWN, why=found.why)  # of more than the mechanism
                 return self._unproved(chain, ways, found.broken, found.why)
@@ -219,6 +248,9 @@ class ClaimInStep:
 
     def _counterexample(self, chain: Chain, ways: Sequence[Sequence[SidesApart]]) -> tuple[TowerPoint, float] | None:
         """Another position that breaks the claim by more than its tolerance, and by how much."""
+        ways = [usable for each in ways if (usable := [way for way in each if _genuine(chain, way)])]
+        if not ways:
+            return None
         return self._worst(
             chain, lambda point: self._size(point, ways) if any(_off(point, each) for each in ways) else 0.0
         )
@@ -236,8 +268,7 @@ class ClaimInStep:
         return next(((point, size) for size, k, point in broken if reached(chain, k)), None)
 
     def _size(self, point: TowerPoint, ways: Sequence[Sequence[SidesApart]]) -> float:
-        sizes = [abs(balls.as_float(found)) for component in ways if (found := amount(point, component[0])) is not None]
-        return max(sizes, default=0.0)
+        return max((_amount(point, component[0]) for component in ways), default=0.0)
 
     def _pose(self, point: TowerPoint) -> dict[str, tuple[float, float]]:
         """Where the claim's anchors are, as far as the tower knows."""
@@ -287,8 +318,20 @@ class ClaimInStep:
             found = amount(point, way)
             return -balls.as_float(found) if found is not None and found[0] + found[1] < 0 else 0.0
 
-        worst = self._worst(chain, below)
+        genuine = chain.genuine(way.whole.top, way.whole.bottom)
+        worst = self._worst(chain, below) if genuine else None
         return self._in_film(*worst) if worst else Judgement(self.held, ProofVerdict.UNKNOWN, why=BOUNDS)
+
+
+def _genuine(chain: Chain, way: SidesApart) -> bool:
+    return chain.genuine(way.top) if way.whole is None else chain.genuine(way.whole.top, way.whole.bottom)
+
+
+def _amount(point: TowerPoint, way: SidesApart) -> float:
+    """How far apart sides are at a point, directions in degrees; 0 where that is not known."""
+    found = amount(point, way)
+    apart = 0.0 if found is None else balls.as_float(found)
+    return abs(apart) if way.whole is not None else math.degrees(math.acos(max(-1.0, min(1.0, 1.0 + apart))))
 
 
 def _off(point: TowerPoint, component: Sequence[SidesApart]) -> bool:

@@ -22,7 +22,6 @@ from movimentum.scene.joints import attached, fixed, joined
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import build_texts
-from movimentum.scene.leaves import ContactPair
 from movimentum.scene.looks import Stated, dressed, says_nothing, supports
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.mentions import mentioned_in, variables_of
@@ -37,23 +36,24 @@ from movimentum.scene.model import (
     Step,
 )
 from movimentum.scene.pairs import without_word
-from movimentum.scene.pushing import gap_sides, manner_of, mannered, report_both_kinds
+from movimentum.scene.pushing import manner_of, mannered, report_both_kinds
 from movimentum.scene.reductions import at_one_time
 from movimentum.scene.resolve import (
     UNPAINTED,
     PropertyUse,
     ResolvedStatement,
     ThingTable,
-    VariableUse,
     resolve,
 )
+from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
+from movimentum.scene.touching import follows_contact, pin_of
 from movimentum.scene.transitions import judge_transition
 from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
-from movimentum.syntax.expression_tree import EXTREMES, Blank, Call, Comparison, postorder
+from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
 from movimentum.things.kinds.skeleton import SKELETON
 
@@ -313,10 +313,8 @@ def _statements(
             made.append(Ending(resolved.step, relation, key, statement.span))
             continue
         manner = manner_of(statement, findings)
-        time = times[resolved.step] if times else Fraction(0)
-        lowered = _constraint(resolved, time, key, next(numbers), inference, table, blanks, findings)
-        sides = gap_sides(resolved, findings) if manner.pushes else ()
-        made.extend(replace(mannered(constraint, manner, findings), gaps=sides) for constraint in lowered)
+        lowered = _constraint(resolved, times or (Fraction(0),), key, next(numbers), inference, table, blanks, findings)
+        made.extend(mannered(constraint, manner, findings) for constraint in lowered)
         stated.add((key, relation))
     report_both_kinds(made, findings)
     return made
@@ -324,7 +322,7 @@ def _statements(
 
 def _constraint(
     resolved: ResolvedStatement,
-    time: Fraction,
+    times: Sequence[Fraction],
     key: str,
     number: int,
     inference: Inference,
@@ -334,13 +332,14 @@ def _constraint(
 ) -> Iterator[Constraint]:
     """The constraint, or nothing after an error."""
     statement = resolved.statement
-    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things)
+    time = times[min(resolved.step, len(times) - 1)]
+    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, kept_from=times[0])
     left = lower(resolved.left, resolved.meanings, context)
     right = lower(resolved.right or (), resolved.meanings, context)
     if left is None or right is None:
         return
     anchor = resolved.meanings.get(id(statement.left))
-    yield Constraint(
+    constraint = Constraint(
         number=number,
         step=resolved.step,
         relation=resolved.relation,
@@ -349,21 +348,12 @@ def _constraint(
         right=right,
         span=statement.span,
         left_span=statement.left.span,
-        touches=resolved.relation is Relation.EQUAL and _follows_contact(resolved),
+        touches=resolved.relation is Relation.EQUAL and follows_contact(resolved),
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
+        pin=pin_of(resolved, left[0], right[0]),
     )
-
-
-def _follows_contact(resolved: ResolvedStatement) -> bool:
-    """Whether an equation's places of contact are followed. A variable that is the value of a gap only reads it."""
-    calls = {
-        node.function
-        for node in (*resolved.left, *(resolved.right or ()))
-        if isinstance(resolved.meanings.get(id(node)), ContactPair) and isinstance(node, Call)
-    }
-    read = isinstance(resolved.meanings.get(id(resolved.statement.left)), VariableUse)
-    return "where" in calls if read else bool(calls)
+    yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
 
 
 def _warn_nothing_to_end(

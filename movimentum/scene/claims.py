@@ -23,6 +23,7 @@ from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.expression_tree import EXTREMES, Comparison
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Purpose
+from movimentum.syntax.words import REDUCTIONS
 from movimentum.text import time_text
 
 NAMED = {Purpose.CLAIM: "a claim", Purpose.GOAL: "a goal", Purpose.REQUIREMENT: "a requirement"}
@@ -90,7 +91,7 @@ def _claim(
     claim = resolved.statement
     assert isinstance(claim, tree.ClaimStatement)
     what = NAMED[claim.purpose]
-    reduces = claim.purpose is not Purpose.CLAIM
+    reduces = REDUCTIONS if claim.purpose is not Purpose.CLAIM else frozenset({"at"})
     context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, reduces)
     left = lower(resolved.left, resolved.meanings, context)
     right = lower(resolved.right or (), resolved.meanings, context)
@@ -127,10 +128,13 @@ def _claim(
 
 
 def _reads(claim: tree.ClaimStatement, sides: Sequence[Expr], findings: Findings) -> bool:
-    """Whether nothing in it has to be solved for; reported where it has."""
+    """Whether nothing in it has to be solved for; reported where it has. Claims are looked at where the motion is
+    known, with its exact rates.
+    """
     what = NAMED[claim.purpose]
+    unknown = ("integral",) if claim.purpose is Purpose.CLAIM else ("integral", "derivative")
     for node in walk(*sides):
-        if node.op in ("integral", "derivative"):
+        if node.op in unknown:
             word = {"integral": ".i", "derivative": ".d"}[node.op]
             findings.error(
                 "claim/not-a-reading",

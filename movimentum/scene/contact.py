@@ -169,10 +169,9 @@ def _of_pair(
     ]
     if function == "where":
         assert second is not None
-        one = _Side.of(second)
+        one = _Side.of(second, round_too=True)
         assert one.contour is not None
-        found = Nearest(one.contour)
-        return div(put_in(one.contour.travelled, found.place(*one.seen(sides[0][0][0]))), const(one.contour.length))
+        return Nearest(one.contour).shared().place(*one.seen(sides[0][0][0]))
     return left_to_right(lambda a, b: call("min", a, b), [_of_pieces(*both) for both in product(*sides)])
 
 
@@ -232,8 +231,9 @@ def _rolled(first: Thing, second: Thing) -> Expr:
         return add(here, mul(way, there))
 
     (ax, ay), (bx, by) = first.anchors[0].local, second.anchors[0].local
-    drawn = [const(float(found.other(k).at(bx - ax, by - ay, 1.0, 0.0))) for k in (0, 1)]
-    return sub(travelled([found.other(k).place(*pose) for k in (0, 1)]), travelled(drawn))
+    drawn = [float(found.other(k).at(bx - ax, by - ay, 1.0, 0.0)) for k in (0, 1)]
+    now = [found.other(k).counted(drawn[k]).place(*pose) for k in (0, 1)]
+    return sub(travelled(now), travelled([const(at) for at in drawn]))
 
 
 @dataclass(frozen=True, slots=True)

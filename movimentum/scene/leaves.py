@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -36,10 +37,13 @@ class ContactPair:
 
 @dataclass(frozen=True, slots=True)
 class ContactPlace:
-    """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene)."""
+    """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene). ``along``: it
+    is told by how many pixels it is along its outline.
+    """
 
     touch: Nearest
     pose: tuple[Expr, ...]
+    along: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,14 @@ class Wheel:
 
     thing: int
     side: int
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """``value.at(time)`` in a statement: the value to which the motion brings it by then, a number from then on."""
+
+    value: Expr
+    time: Fraction
 
 
 Stop: TypeAlias = "AnchorRef | Wheel | tuple[Expr, Expr]"
@@ -64,6 +76,15 @@ class Cord:
     grips: bool = False
 
 
+def kept_in(*sides: Expr) -> list[Kept]:
+    """The values kept from other times that expressions use, with those that these use, first."""
+    found: list[Kept] = []
+    for payload in symbols(*sides):
+        if isinstance(payload, Kept):
+            found += [*kept_in(payload.value), payload]
+    return list(dict.fromkeys(found))
+
+
 def cords_of(item: Constraint) -> list[Cord]:
     """The cords that a constraint is about, each once."""
     found = symbols(*item.left, *item.right)
@@ -73,10 +94,11 @@ def cords_of(item: Constraint) -> list[Cord]:
 @dataclass(frozen=True, slots=True)
 class Bearing:
     """The direction of a vector (``cosine``, ``sine``) in degrees, continuous over time: it begins nearest to
-    ``drawn``. ``about``: whose it is, from one anchor to another, or of a cord and the place of a stop in it.
+    ``drawn``. ``about``: whose it is: from one anchor to another, of a cord and the place of a stop in it, or of a
+    place on a closed outline, which 360 degrees go round.
     """
 
-    about: tuple[AnchorRef, AnchorRef] | tuple[Cord, int]
+    about: tuple[AnchorRef, AnchorRef] | tuple[Cord, int] | ContactPlace
     drawn: float
     sine: Expr = field(compare=False)
     cosine: Expr = field(compare=False)
@@ -84,4 +106,4 @@ class Bearing:
     @property
     def of_cord(self) -> bool:
         """Whether it is that of a part of a cord."""
-        return isinstance(self.about[0], Cord)
+        return isinstance(self.about, tuple) and isinstance(self.about[0], Cord)

@@ -29,7 +29,6 @@ from movimentum.expressions import (
     sub,
     symbol,
 )
-from movimentum.expressions.tables import Table
 from movimentum.records import dataclass, field
 from movimentum.scene.cords import CORD, cord_of
 from movimentum.scene.findings import Findings
@@ -45,7 +44,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.reductions import is_reduction, reduced
+from movimentum.scene.reductions import is_reduction, kept, reduced
 from movimentum.scene.resolve import (
     CONTACT,
     AngleUse,
@@ -70,6 +69,7 @@ from movimentum.scene.values import (
     ranged,
     times,
     transition,
+    why_not_finite,
 )
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import (
@@ -109,7 +109,8 @@ OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERAT
 class Context:
     """The context for lowering an expression: ``step_time``, ``step_end`` (None: the last step, which has no length)
     and the number of its ``constraint``; ``blanks`` counts the ``_`` of the whole script; ``things`` are the scene's;
-    diagnostics go to ``findings``. ``reduces``: what is read may be reduced over the film, as in goals.
+    diagnostics go to ``findings``. ``reduces``: the words by which what is read may be reduced over the film.
+    ``kept_from``: when the film begins, where ``.at`` keeps values from before the step.
     """
 
     inference: Inference
@@ -119,7 +120,8 @@ class Context:
     constraint: int = -1
     step_end: Fraction | None = None
     things: Sequence[Thing] = ()
-    reduces: bool = False
+    reduces: frozenset[str] = frozenset()
+    kept_from: Fraction | None = None
 
 
 def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
@@ -328,8 +330,10 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
             return tuple(integral(part, context.step_time) for part in arguments[0])
         case "d":
             return tuple(derivative(part) for part in arguments[0])
-        case word if is_reduction(node) and (context.reduces or word not in ("min", "max")):
-            return reduced(node, arguments, context.findings, allowed=context.reduces)
+        case "at" if context.kept_from is not None:
+            return kept(node, arguments, (context.kept_from, context.step_time), context.findings)
+        case word if is_reduction(node) and (word in context.reduces or word not in ("min", "max")):
+            return reduced(node, arguments, context.findings, allowed=word in context.reduces)
         case "min" | "max":
             return (paired(lambda a, b: call(node.function, a, b), [part for (part,) in arguments]),)
         case _:
@@ -377,24 +381,5 @@ def _checked(node: Expression, value: Value, values: dict[int, Value], context: 
         good = not by_zero and not constant
     if good:
         return value
-    context.findings.error("kind/not-finite", "this has no finite value", node.span, helps=_why(node))
+    context.findings.error("kind/not-finite", "this has no finite value", node.span, helps=why_not_finite(node))
     return (ONE,) * len(value)
-
-
-def _why(node: Expression) -> tuple[str, ...]:
-    if not isinstance(node, Call):
-        return ()
-    if node.reads is not None and isinstance(table := node.reads.table, Table):
-        first, last = table.span
-        return (f"the table goes from {first:g} to {last:g}; `.held` keeps its first and last values beyond",)
-    match node.function:
-        case "q":
-            return ("a root needs a number of 0 or more",)
-        case "ln":
-            return ("a logarithm needs a number greater than 0",)
-        case "asin" | "acos":
-            return (f"`.{node.function}` takes numbers from -1 to 1",)
-        case "mod":
-            return ("the divisor must not be 0",)
-        case _:
-            return ()

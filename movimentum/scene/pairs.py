@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from movimentum.diagnostics import Fix, Label, replacement
 from movimentum.expressions import Expr, as_stated, const, div, mul
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import GearPair, Thing
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Expression, Member, Name
+from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Negate, Power, Product, Sum
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.syntax.words import ENDING_WORDS
@@ -35,9 +36,27 @@ def without_word(statement: Statement | ClaimStatement) -> tuple[Expression, Exp
     if has_word(left):
         assert isinstance(left, Member)
         left, worded = left.operand, True
-    if isinstance(left, Call) and isinstance(right, Member) and ENDING_WORDS.get(right.name) == left.function:
-        right, worded = right.operand, True
+    if isinstance(left, Call) and (shorter := _shorter(right, left.function)) is not None:
+        right, worded = shorter, True
     return left, right, worded
+
+
+def _shorter(side: Expression, function: str) -> Expression | None:
+    """A side without the word of the function, which a sum, a product and a sign have behind their last operand; None
+    if it does not end so.
+    """
+    if isinstance(side, Member):
+        return side.operand if ENDING_WORDS.get(side.name) == function else None
+    if isinstance(side, Negate):
+        inner = _shorter(side.operand, function)
+        return None if inner is None else replace(side, operand=inner)
+    if isinstance(side, Power):
+        inner = _shorter(side.exponent, function)
+        return None if inner is None else replace(side, exponent=inner)
+    if isinstance(side, Sum | Product):
+        inner = _shorter(side.operands[-1], function)
+        return None if inner is None else replace(side, operands=(*side.operands[:-1], inner))
+    return None
 
 
 def pair_of(node: Call, known: dict[str, Thing], findings: Findings) -> GearPair | None:

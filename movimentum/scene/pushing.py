@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from movimentum.diagnostics import Label, replacement
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import ZERO, Expr, add, const, derivative, mul, neg, sub, substitute, walk
+from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
-from movimentum.scene.leaves import ContactPair
-from movimentum.scene.model import AnchorRef, Constraint, Ending, GapSide, Relation
-from movimentum.scene.resolve import ResolvedStatement
+from movimentum.scene.model import Constraint, Ending, Relation
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Call, Comparison
+from movimentum.syntax.expression_tree import Comparison
 from movimentum.syntax.tree import Option, Statement, Text, Toward
 
 
@@ -134,75 +133,36 @@ def mannered(constraint: Constraint, manner: Manner, findings: Findings) -> Cons
         toward=manner.toward,
         weakness=manner.weakness,
     )
-    if made.pushes and _has_rate(*made.left, *made.right) and not is_clutch(made):
-        findings.error(
-            "kind/not-yet",
-            "a rate pushes only on its own, compared with a value without rates",
-            made.span,
-            helps=("write `.d(Wheel.angle) >= 0 .pushes;`",),
-        )
-        return replace(made, pushes=False)
-    return made
-
-
-def gap_sides(resolved: ResolvedStatement, findings: Findings) -> tuple[tuple[GapSide, GapSide], ...]:
-    """The outlines of ``.gap(A, B) >= …``, which then push with all their places; nothing for other values.
-
-    Errors (``kind/not-yet``): a gap that is part of a larger expression, or that is to be small.
-    """
-    statement = resolved.statement
-    pairs = {
-        id(node): pair
-        for node in (*resolved.left, *(resolved.right or ()))
-        if isinstance(node, Call) and node.function in ("gap", "on")
-        if isinstance(pair := resolved.meanings.get(id(node)), ContactPair)
-    }
-    if not pairs:
-        return ()
-    call = statement.left
-    if len(pairs) > 1 or id(call) not in pairs or resolved.relation is not Relation.ABOVE:
-        findings.error(
-            "kind/not-yet",
-            "a gap pushes only where it stands alone on the left, and is to be large enough",
-            statement.span,
-            helps=("write `.gap(Pawl, Wheel) >= 0 .pushes;`", "keep things together with an equation or a cord"),
-        )
-        return ()
-    assert isinstance(call, Call)
-    pair = pairs[id(call)]
-    anchors: list[GapSide | None] = []
-    for things, argument in zip((pair.first, pair.second), call.arguments, strict=True):
-        if things is not None:
-            anchors.append(None)
-        elif isinstance(ref := resolved.meanings.get(id(argument)), AnchorRef):
-            anchors.append(GapSide(ref.thing, ref.anchor))
-        else:
+    if made.pushes and _has_rate(*made.left, *made.right):
+        clutch = _as_clutch(made)
+        if clutch is None:
             findings.error(
                 "kind/not-yet",
-                "only things and their anchors push each other",
-                argument.span,
-                helps=("put an anchor there, such as that of a hidden disc",),
+                "a rate pushes only by itself, or multiplied by a constant and added to others",
+                made.span,
+                helps=("write `.d(Wheel.angle) >= 0 .pushes;`",),
             )
-            return ()
-
-    def side(number: int, thing: int | None) -> GapSide:
-        anchor = anchors[number]
-        if thing is not None:
-            return GapSide(thing)
-        assert anchor is not None
-        return anchor
-
-    return tuple((side(0, first), side(1, second)) for first, second in pair.pairs)
+            return replace(made, pushes=False)
+        return clutch
+    return made
 
 
 def _has_rate(*roots: Expr) -> bool:
     return any(node.op == "derivative" for node in walk(*roots))
 
 
-def is_clutch(constraint: Constraint) -> bool:
-    """Whether it is about how fast one value changes: ``.d(value) >= rate``."""
-    (left,) = constraint.left
-    return left.op == "derivative" and not _has_rate(left.args[0], *constraint.right)
+def _as_clutch(constraint: Constraint) -> Constraint | None:
+    """``constraint`` as that one value changes at least so fast, or at most; None where it says something else."""
+    total = sub(constraint.left[0], constraint.right[0])
+    rates = [node for node in walk(total) if node.op == "derivative"]
+    value, rest = ZERO, total
+    for rate in rates:
+        share = slope(substitute(rest, lambda node, rate=rate: PLACE if node == rate else None)).value
+        if share is None or _has_rate(rate.args[0]):
+            return None
+        value = add(value, mul(const(share), rate.args[0]))
+        rest = substitute(rest, lambda node, rate=rate: ZERO if node == rate else None)
+    return replace(constraint, left=(derivative(value),), right=(neg(rest),))
 
 
 def report_both_kinds(items: Sequence[Constraint | Ending], findings: Findings) -> None:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from movimentum.expressions import Expr, walk
+from fractions import Fraction
+
+from movimentum.expressions import Expr, symbol, walk
+from movimentum.expressions.rational import rational_value
 from movimentum.records import replace
 from movimentum.scene.findings import Findings
+from movimentum.scene.leaves import Kept
+from movimentum.scene.model import GearPair
 from movimentum.scene.values import Value
 from movimentum.syntax.expression_tree import (
     Call,
@@ -17,8 +22,9 @@ from movimentum.syntax.expression_tree import (
     postorder,
 )
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.tree import ClaimStatement, Purpose
+from movimentum.syntax.tree import ClaimStatement
 from movimentum.syntax.words import REDUCTIONS
+from movimentum.text import time_text
 
 
 def is_reduction(node: Call) -> bool:
@@ -28,7 +34,7 @@ def is_reduction(node: Call) -> bool:
 
 def at_one_time(statement: ClaimStatement) -> ClaimStatement:
     """``.goal P = [100, 150] .at(0.5);`` is about ``P.at(0.5)``: a place does not move, so its time is the goal's."""
-    if statement.purpose is Purpose.CLAIM or _reduces(statement.left):
+    if _reduces(statement.left):
         return statement
     target, time = _without_time(statement.right)
     moves = _moves(target, Name, Clock)
@@ -66,6 +72,38 @@ def _moves(expression: Expression, *kinds: type) -> bool:
 
 def _reduces(expression: Expression) -> bool:
     return any(isinstance(node, Call) and is_reduction(node) for node in postorder(expression))
+
+
+_NOT_KEPT = {"derivative": ".d(…)", "integral": ".i(…)", "lifetime": ".iv", "progress": ".s"}
+
+
+def kept(node: Call, arguments: list[Value], between: tuple[Fraction, Fraction], findings: Findings) -> Value:
+    """``e.at(T)`` in a statement: the value that e has by then (`Kept`), componentwise. T is ``between`` the times of
+    the first step and of the statement's.
+
+    Errors: ``kind/not-constant`` for T, ``timeline/outside`` where it is not from before the step, ``kind/mismatch``.
+    """
+    inner, (time,) = arguments
+    start, step = between
+    if time.value is None:
+        findings.error("kind/not-constant", "the time of `.at` must be a constant", node.arguments[1].span)
+        return inner
+    at = rational_value(time) or Fraction(time.value)
+    text, when = expression_text(node.arguments[0]), time_text(float(at))
+    if not start <= at <= step or start == step:
+        message = f"`{text}` has no value at t = {when} that could be kept from then on"
+        notes = (f"this step begins at {time_text(float(step))}, and the film at {time_text(float(start))}",)
+        helps = ("a statement keeps values from before its step: `.at(T)` with an earlier T",)
+        findings.error("timeline/outside", message, node.span, notes=notes, helps=helps)
+        return inner
+    for part in walk(*inner):
+        word = ".mesh" if isinstance(part.payload, GearPair) else _NOT_KEPT.get(part.op)
+        if word is not None:
+            message = f"`{word}` in `{text}` cannot be kept as it is"
+            helps = (f"give it a name, and keep that: `v = {text};` and `v.at({when})`",)
+            findings.error("kind/mismatch", message, node.span, helps=helps)
+            return inner
+    return tuple(part if part.value is not None else symbol(Kept(part, at)) for part in inner)
 
 
 def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: bool) -> Value:

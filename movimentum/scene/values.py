@@ -9,8 +9,9 @@ from fractions import Fraction
 from typing import TypeVar
 
 from movimentum.expressions import ONE, Expr, add, call, const, div, folded, mul, power, ratio, rational_value, sub
+from movimentum.expressions.tables import Table
 from movimentum.scene.findings import Findings
-from movimentum.syntax.expression_tree import Comparison, Constant, Number, Piecewise, Range
+from movimentum.syntax.expression_tree import Call, Comparison, Constant, Expression, Number, Piecewise, Range
 
 T = TypeVar("T")
 Value = tuple[Expr, ...]
@@ -118,3 +119,23 @@ def paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
     while len(row) > 1:
         row = [join(row[i], row[i + 1]) if i + 1 < len(row) else row[i] for i in range(0, len(row), 2)]
     return row[0]
+
+
+def why_not_finite(node: Expression) -> tuple[str, ...]:
+    """What a function needs, of which constants have no finite value."""
+    if not isinstance(node, Call):
+        return ()
+    if node.reads is not None and isinstance(table := node.reads.table, Table):
+        first, last = table.span
+        return (f"the table goes from {first:g} to {last:g}; `.held` keeps its first and last values beyond",)
+    match node.function:
+        case "q":
+            return ("a root needs a number of 0 or more",)
+        case "ln":
+            return ("a logarithm needs a number greater than 0",)
+        case "asin" | "acos":
+            return (f"`.{node.function}` takes numbers from -1 to 1",)
+        case "mod":
+            return ("the divisor must not be 0",)
+        case _:
+            return ()

@@ -6,11 +6,13 @@ motion). Where there are several such poses, the path may come to another one: i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from movimentum.arrays import BoolArray
 from movimentum.expressions import symbols
 from movimentum.records import replace
+from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Scene, ThingProperty, VariableComponent
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.effort import GivenUp, limited
@@ -19,6 +21,7 @@ from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.beginning import begun
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kept import with_kept
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
@@ -44,15 +47,26 @@ class ShownPiece(Piece):
 
 
 def glimpse(
-    timeline: Timeline, time: Fraction, near: Carry, known: Known, shown: PathMotion | None = None
+    timeline: Timeline,
+    time: Fraction,
+    near: Carry,
+    known: Known,
+    shown: PathMotion | None = None,
+    kept: Mapping[Kept, float] | None = None,
 ) -> Poses | None:
     """The poses (F = 1) at ``time``, nearest to ``near``; None where none is found with little work.
 
     ``near`` is in terms of the timeline's scene (see `renumbered`); plans are taken from ``known``, and kept there.
-    Where it is the pose of ``shown`` at that time, what is stated as it was there is not solved again.
+    Where it is the pose of ``shown`` at that time, what is stated as it was there is not solved again. ``kept``: the
+    values that statements keep from earlier times, if ``shown`` does not have them.
     """
     scene = timeline.scene
     whole = timeline.segments[timeline.segment_at(time)]
+    if timeline.kept:
+        try:
+            whole = with_kept(whole, kept or ({} if shown is None else shown.kept))
+        except KeyError:  # that has to be awaited
+            return None
     segment = _touched(shown, time, scene, whole)
     size = scene_size(scene)
     key = known.memo.number(segment_key(known.memo.number(scene_key(scene)), segment, scene.source.text))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Protocol
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
-from movimentum.records import dataclass
+from movimentum.records import dataclass, field
+from movimentum.scene.leaves import Kept
 from movimentum.solver.assembly import Assembly
 from movimentum.solver.basis.instants import Instants, at_frames, at_offsets, at_times
 from movimentum.solver.poses import Poses
@@ -61,6 +62,7 @@ class PathMotion:
     """A solved timeline, of standard accuracy (see `AnyMotion`).
 
     ``segments``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
+    ``kept``: the values that statements keep from earlier times; in the timeline's segments they are numbers.
     ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
     """
 
@@ -68,6 +70,7 @@ class PathMotion:
     segments: tuple[SegmentMotion, ...]
     size: float
     doubted: bool = False
+    kept: Mapping[Kept, float] = field(default_factory=dict[Kept, float])
 
     @property
     def path(self) -> PathMotion:

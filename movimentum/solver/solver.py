@@ -15,6 +15,7 @@ from movimentum.solver.basis.pose_state import Carry, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.beginning import SegmentTask, Solving, begin_segment, selected, totals_of
 from movimentum.solver.continuation.tracks import Choice, Gap
+from movimentum.solver.kept import KeptValues, claims_with_kept
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import follow
 from movimentum.solver.path.piece import Piece
@@ -72,16 +73,27 @@ def solve(
     if not is_limited():  # what is only tried out belongs to the text that it is tried for
         work.known.begin()
     with remembering(work.known.memory):
-        return PathMotion(timeline, _solved(work, timeline, begin, known), size)
+        kept = KeptValues(timeline)
+        segments = _solved(work, timeline, kept, begin, known)
+        if timeline.kept:
+            here = [each.segment for each in segments]
+            claims = claims_with_kept(timeline.claims, kept.values)
+            timeline = replace(timeline, segments=(*here, *timeline.segments[len(here) :]), claims=claims)
+        return PathMotion(timeline, segments, size, kept=kept.values)
 
 
-def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known | None) -> tuple[SegmentMotion, ...]:
+def _solved(
+    work: Solving, timeline: Timeline, kept: KeptValues, begin: Carry | None, known: Known | None
+) -> tuple[SegmentMotion, ...]:
     scene, number = work.scene, work.known.memo.number
     whole = number(scene_key(scene))
     carry = begin or as_drawn(scene)
     key = 0
     segment_motions: list[SegmentMotion] = []
     for segment in timeline.segments:
+        if segment_motions and kept.awaited(segment.start):
+            kept.note(_left_by(segment_motions[-1]).now, segment.start)
+        segment = kept.placed(segment)  # with numbers for what it keeps
         own = number(segment_key(whole, segment, scene.source.text))
         key = number((own, key))  # the motion depends on that of all segments before
         segment_motion = None if known is None or begin is not None else known.segment_motion(key, scene, segment)
@@ -93,6 +105,8 @@ def _solved(work: Solving, timeline: Timeline, begin: Carry | None, known: Known
             if known is not None and begin is None:
                 known.keep(key, segment_motion)
         segment_motions.append(segment_motion)
+        if kept.awaited(segment.start):
+            kept.note(_begun_with(segment_motion).now, segment.start)
         if segment_motion.troubles and not work.resumes:
             break
     return tuple(segment_motions)
@@ -122,6 +136,12 @@ def _left_by(segment_motion: SegmentMotion) -> Carry:
     return carry_at(
         segment_motion, last, float(segment_motion.segment.end - segment_motion.segment.start), segment_motion.base
     )
+
+
+def _begun_with(segment_motion: SegmentMotion) -> Carry:
+    """The pose at the very beginning of a segment."""
+    first = segment_motion.pieces[0]
+    return first.carry if isinstance(first, Unsolved) else carry_at(segment_motion, first, 0.0, segment_motion.base)
 
 
 def _followed(

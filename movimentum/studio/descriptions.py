@@ -4,6 +4,7 @@ determines where something is.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Claim, Constraint, Thing
     from movimentum.solver.motion import PathMotion
     from movimentum.timeline.model import Timeline
+
+
+_OPTION = re.compile(r"(?<![\w-])--[a-z]")
 
 
 def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion | None = None) -> dict[str, Any]:
@@ -138,10 +142,13 @@ def placed(source: SourceText, span: Span) -> list[int] | None:
 
 
 def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[dict[str, Any]]:
-    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns."""
+    """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns;
+    without helps for a command line.
+    """
     told = to_json(found, source)
     for item, diagnostic in zip(told, found, strict=True):
         span = diagnostic.span
+        item["helps"] = [text for text in item["helps"] if not _OPTION.search(text)]
         here = span is not None and not isinstance(span, FarSpan)
         item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
         tried = [fix for fix in diagnostic.fixes if fix.tried]

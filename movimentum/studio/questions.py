@@ -110,10 +110,12 @@ def plot(worker: Worker, message: PlotAsked) -> None:
         return
     try:
         query = Inspector(job.revision, job.motion.timeline.start).query(message.expression)
-        values = query.values(_spread(job.motion))
+        poses = _spread(job.motion)
+        values = query.values(poses)
     except MovimentumError as error:
         worker.send(Plotted(message.rev, message.expression, [], error.diagnostics[0].message))
         return
+    values[~poses.solved] = np.nan
     rows = [[value if math.isfinite(value) else None for value in row] for row in values.tolist()]
     worker.send(Plotted(message.rev, message.expression, rows))
 

@@ -10,7 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, Occurring, call, clock, div, ratio, substitute, walk
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import cords_of
+from movimentum.scene.leaves import Kept, cords_of, kept_in
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
 from movimentum.text import fraction_text
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
@@ -63,7 +63,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                 )
             ]
         )
-    moments = _moments(scene)
+    moments = _with_times_kept(_moments(scene), scene)
     lifetimes = _lifetimes(scene, moments)
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
@@ -80,7 +80,23 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         rate,
         lifetimes,
         *(_held(scene, segments, trains, aims=aims) for aims in (False, True)),
+        kept=_kept(segments),
     )
+
+
+def _kept(segments: Sequence[Segment]) -> tuple[Kept, ...]:
+    """The values that statements keep; one that another one needs is before it."""
+    sides = (side for segment in segments for item in segment.active for side in (*item.left, *item.right))
+    return tuple(sorted(kept_in(*dict.fromkeys(sides)), key=lambda kept: kept.time))
+
+
+def _with_times_kept(moments: list[_StepState], scene: Scene) -> list[_StepState]:
+    """With one more moment wherever a value is kept that is between steps."""
+    sides = (side for item in scene.constraints() for side in (*item.left, *item.right))
+    for time in {kept.time for kept in kept_in(*sides)} - {moment.time for moment in moments}:
+        before = next(k for k in reversed(range(len(moments))) if moments[k].time < time)
+        moments.insert(before + 1, replace(moments[before], time=time))
+    return moments
 
 
 def _cords(scene: Scene) -> Callable[[tuple[Constraint, ...]], tuple[Constraint, ...]]:
@@ -148,7 +164,7 @@ def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bo
         left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
         left, right = _replaced((left, right), lambda node: _whole(node) if node.op == "progress" else None)
         active = next((s.active for s in segments if s.start >= start), ())
-        left, right = (trains.read(side, active, start) for side in (left, right))
+        left, right = (trains.read(side, active, start, aims=aims) for side in (left, right))
         lasting = replace(claim, left=left, right=right)
         result.append(HeldClaim(lasting, start, until, claim.number not in over))
     return tuple(result)

@@ -181,13 +181,18 @@ class Cords:
                 yield sub(parts.length, const(parts.drawn(_seen(parts.length))))
 
 
-def read_cords(scene: Scene, expressions: Sequence[Expr]) -> list[Expr]:
+def read_cords(scene: Scene, expressions: Sequence[Expr], *, rounds: bool = False) -> list[Expr]:
     """Expressions that are only read, without `Cord` leaves: wraps are those seen, in [0°, 360°), and turns the nearest
-    to how it is drawn.
+    to how it is drawn; or, where somebody counts ``rounds``, `Bearing` leaves.
     """
 
     def leaf(node: Expr) -> Expr | None:
-        return _seen(CordParts(scene, node.payload).length) if isinstance(node.payload, Cord) else None
+        if isinstance(node.payload, Bearing) and not rounds:
+            return _seen(node)
+        if not isinstance(node.payload, Cord):
+            return None
+        length = CordParts(scene, node.payload).length
+        return length if rounds else _seen(length)
 
     return [substitute(each, leaf) for each in expressions]
 

@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 
 from movimentum.records import dataclass
+from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Claim, Constraint, Scene
 
 
@@ -49,7 +50,8 @@ class Timeline:
     The last step's constraints hold from its time on; as frames end at the last step's time, the last
     segment has ``start == end`` (one instant).
     ``claims`` are in the order written, and so are ``aims``, the goals and requirements of a fit. ``lifetimes`` maps a
-    constraint's number to how long it stays stated (``.iv``).
+    constraint's number to how long it stays stated (``.iv``). ``kept`` are the values that statements keep from
+    earlier times, in the order of these.
     """
 
     scene: Scene
@@ -58,6 +60,7 @@ class Timeline:
     lifetimes: dict[int, Fraction]
     claims: tuple[HeldClaim, ...] = ()
     aims: tuple[HeldClaim, ...] = ()
+    kept: tuple[Kept, ...] = ()
 
     @property
     def start(self) -> Fraction:

@@ -36,7 +36,7 @@ from movimentum.expressions import (
     symbols,
 )
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import Bearing
+from movimentum.scene.leaves import Bearing, Kept
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
 from movimentum.scene.pairs import belt_radius, stated_belt_radius
 from movimentum.scene.values import from_line
@@ -65,6 +65,10 @@ class Trains:
         self._offsets: dict[tuple[int, GearPair], float] = {}
         self._active: Sequence[Constraint] = ()
         self._turned: dict[int, float] = {}
+        self._moved: set[int] = set()
+        self._gaps: dict[tuple[int, GearPair], Expr] = {}
+        self._directions: dict[tuple[int, GearPair], Direction] = {}
+        self._rests: dict[tuple[int, GearPair], Expr] = {}
         self._paired = {item.number for item in scene.constraints() if _pairs(item)}
 
     def placed(self, active: Sequence[Constraint], start: Fraction) -> tuple[Constraint, ...]:
@@ -79,17 +83,13 @@ class Trains:
         forms = {pair: self._form(pair, joints) for _, pair in pairs if not pair.belt}
         stated = _stated_turns(active, start)
         self._choose([(number, pair) for number, pair in pairs if not pair.belt], forms, stated)
-        later = start > self._scene.steps[0].time
 
         def value(number: int, pair: GearPair) -> Expr:
             if pair.belt:
-                key = number, pair
                 direction = joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0))
-                if key not in self._offsets:
-                    self._offsets[key] = self._belt_offset(pair, {**self._turned, **stated}) if later else 0.0
-                return sub(self._belt(pair, direction), const(self._offsets[key]))
+                return self._laid(number, pair, direction, stated, start)
             form = forms[pair]
-            whole = sub(form.rest, const(360.0 * self._teeth[number, pair]))
+            whole = sub(form.rest, mul(const(360.0), self._tooth(number, pair, form, stated, start)))
             unit = form.factors[pair.second]
             total = mul(ratio(1 / unit), whole)
             for thing, factor in form.factors.items():
@@ -105,10 +105,58 @@ class Trains:
             for pair in _pairs(item) if item.number in self._paired else []:
                 if pair.first in turned and pair.second not in turned and (item.number, pair) in self._offsets:
                     turned[pair.second] = self._offsets[item.number, pair] + self._quotient(pair) * turned[pair.first]
+        sides = (side for item in self._active for side in (*item.left, *item.right))
+        mentioned = {leaf.thing for leaf in symbols(*sides) if isinstance(leaf, ThingAngle | AnchorCoordinate)}
+        for thing in mentioned - turned.keys():
+            self._turned.pop(thing, None)
         self._turned.update(turned)
+        self._moved |= mentioned
 
-    def read(self, sides: tuple[Expr, ...], active: Sequence[Constraint], start: Fraction) -> tuple[Expr, ...]:
-        """The same for what is only read: teeth are compared with the nearest gap, directions with those seen."""
+    def _is_turned(self, pair: GearPair, stated: Mapping[int, float]) -> bool:
+        """Whether something that nothing states in numbers has turned one of the two."""
+        known = self._turned.keys() | stated.keys()
+        return any(thing in self._moved and thing not in known for thing in (pair.first, pair.second))
+
+    def _laid(
+        self, number: int, pair: GearPair, direction: Direction, stated: Mapping[int, float], start: Fraction
+    ) -> Expr:
+        """How far the second is turned beyond where a belt has it, from how both were where it was laid on."""
+        key = number, pair
+        before = self._directions.get(key)
+        if before is not None and before.value == direction.value:
+            direction = before  # as it was then
+        elif before is None and start == self._scene.steps[0].time:
+            self._offsets[key], self._gaps[key] = 0.0, ZERO
+        elif before is None and direction.value.value is not None and not self._is_turned(pair, stated):
+            self._offsets[key] = self._belt_offset(pair, {**self._turned, **stated})
+            self._gaps[key] = const(self._offsets[key])
+        else:
+            self._gaps[key] = symbol(Kept(_with_turns(self._belt(pair, direction), stated), start))
+            self._offsets.pop(key, None)
+        self._directions[key] = direction
+        return sub(self._belt(pair, direction), self._gaps[key])
+
+    def _tooth(self, number: int, pair: GearPair, form: _Form, stated: Mapping[int, float], start: Fraction) -> Expr:
+        """Which tooth is in which gap: a number, or what is nearest where gears come together."""
+        key = number, pair
+        before = self._rests.get(key)
+        self._rests[key] = form.rest
+        if before is None or before != form.rest:
+            self._gaps[key] = const(float(self._teeth[key]))
+            if before is not None or (start > self._scene.steps[0].time and self._is_turned(pair, stated)):
+                total = form.rest
+                for thing, factor in form.factors.items():
+                    total = add(total, mul(ratio(factor), symbol(ThingAngle(thing))))
+                nearest = call("floor", add(div(_with_turns(total, stated), const(360.0)), const(0.5)))
+                self._gaps[key] = symbol(Kept(nearest, start))
+        return self._gaps[key]
+
+    def read(
+        self, sides: tuple[Expr, ...], active: Sequence[Constraint], start: Fraction, *, aims: bool
+    ) -> tuple[Expr, ...]:
+        """The same for what is only read: teeth are compared with the nearest gap, and belts with how they were laid
+        on; in what is aimed at, directions are those seen.
+        """
         if not any(isinstance(payload, GearPair) for payload in symbols(*sides)):
             return sides
         joints = Joints(self._scene, active, start)
@@ -118,6 +166,9 @@ class Trains:
             if not isinstance(pair, GearPair):
                 return None
             if pair.belt:
+                key = next(((item.number, pair) for item in active if (item.number, pair) in self._gaps), None)
+                if key is not None:
+                    return sub(self._belt(pair, self._directions[key]), self._gaps[key])
                 return self._belt(pair, joints.direction(AnchorRef(pair.first, 0), AnchorRef(pair.second, 0)))
             form = self._form(pair, joints)
             total = form.rest
@@ -127,7 +178,8 @@ class Trains:
             near = sub(call("mod", add(total, half), const(360.0)), half)
             return mul(ratio(1 / form.factors[pair.second]), near)
 
-        return tuple(substitute(substitute(side, leaf), _seen) for side in sides)
+        read = (substitute(side, leaf) for side in sides)
+        return tuple(substitute(side, _seen) for side in read) if aims else tuple(read)
 
     # --- one pair ---
 
@@ -250,6 +302,16 @@ def _stated_turns(active: Sequence[Constraint], start: Fraction) -> dict[int, fl
             if value is not None:
                 found.setdefault(thing, value)
     return found
+
+
+def _with_turns(value: Expr, stated: Mapping[int, float]) -> Expr:
+    """A value with the turns that are stated."""
+
+    def leaf(node: Expr) -> Expr | None:
+        payload = node.payload
+        return const(stated[payload.thing]) if isinstance(payload, ThingAngle) and payload.thing in stated else None
+
+    return substitute(value, leaf)
 
 
 def _seen(node: Expr) -> Expr | None:

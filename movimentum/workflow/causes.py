@@ -5,7 +5,7 @@ moment was solved. Limits of time are in the thread's processor time: what else 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
 from movimentum.records import dataclass, replace
 from movimentum.scene.copy_edits import in_script, written_once
+from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
 from movimentum.scene.text_edits import removed, turned_round
 from movimentum.solver.basis.effort import GivenUp
@@ -102,9 +103,11 @@ class _MomentTrials:
     def __init__(self, inspector: Inspector, timeline: Timeline, segment: int) -> None:
         self.timeline, self.place, self.time = timeline, segment, inspector.time
         self.known = Known()
+        self.kept: Mapping[Kept, float] = {}
         scene = inspector.work.scene
         self.starts = [as_drawn(timeline.scene)]
         with suppress(MovimentumError):
+            self.kept = inspector.work.motion.kept
             self.starts.insert(0, renumbered(shown_at(inspector.work.motion, self.time), scene, timeline.scene))
 
     def possible(self, active: Sequence[Constraint]) -> bool:
@@ -114,7 +117,7 @@ class _MomentTrials:
         timeline = replace(self.timeline, segments=(segment,))
         for start in self.starts:
             try:
-                if glimpse(timeline, self.time, start, self.known) is not None:
+                if glimpse(timeline, self.time, start, self.known, kept=self.kept) is not None:
                     return True
             except (MovimentumError, GivenUp, ArithmeticError, ValueError, np.linalg.LinAlgError):
                 continue

@@ -274,6 +274,8 @@ class Revision:
             return known
         try:
             found = make_query(self.scene, text, self.expressions(text, step))
+            if found.goes_round:
+                found = found.along(self.motion)
         except ScriptError as error:
             if error.diagnostics[0].code != NOT_A_READING:
                 raise

@@ -103,6 +103,7 @@ def _figure(
     from movimentum.rendering.stream import concatenate
     from movimentum.vector.film import Film
     from movimentum.workflow.frames import PoseChunks
+    from movimentum.workflow.live_conditions import conditions
 
     motion, timeline = solution.motion.path, solution.motion.timeline
     count = timeline.frame_count
@@ -119,14 +120,16 @@ def _figure(
     places = {n.number: [live.place(_placed(n.number, part)) for part in "xycs"] for n in scene.things if n.is_body}
     payloads: dict[Hashable, str] = {KeptConstant(slider.name): slider.code for slider in sliders}
     try:
-        stages = stages_of(motion, live.outputs, payloads, whole=True)
+        kept = tuple(conditions(scene, motion))
+        stages = stages_of(motion, [*live.outputs, *kept], payloads, whole=True)
     except NoProgram as error:
         raise no_program(error, scene) from error
     title = "Movimentum" if source.path.startswith("<") else Path(source.path).stem
     return Figure(
         film=Film(title, things, drawn, poses, _bodies(scene, poses), timeline.fps, 0),
         live=live,
-        stages=tuple(live_stage(stage) for stage in stages),
+        stages=tuple(live_stage(stage, len(live.outputs)) for stage in stages),
+        conditions=len(kept),
         sliders=sliders,
         times=tuple(float(timeline.frame_time(frame)) for frame in range(count)),
         end=float(timeline.end),
@@ -180,7 +183,8 @@ def _matters(figure: Figure, slider: Slider) -> bool:
 
     for stage in figure.stages:
         values = [getattr(one, "value", None) for one in stage.program.statements]
-        for value in (*stage.program.outputs, *values):
+        outputs = stage.program.outputs
+        for value in (*outputs[: stage.drawn], *outputs[stage.drawn + figure.conditions :], *values):
             if slider.code in {str(one) for one in getattr(value, "free_symbols", ())}:
                 return True
     data = LiveData(figure.film, figure.live.scene)

@@ -38,7 +38,7 @@ TRUTH: dict[str, Callable[..., Any]] = {
     "ease": lambda a: (lambda u: u * u * (3 - 2 * u))(min(max(a, mpf(0)), mpf(1))),
     "le": lambda a, b, v, w: v if a <= b else w,
 }
-NOT_HERE = NOT_ENCLOSED | {"pow", "table"}  # see test_tables
+NOT_HERE = NOT_ENCLOSED | {"pow", "table", "nearest"}  # see test_tables, test_nearest
 SMALL = {"asind", "acosd", "ease", "exp"}
 
 

@@ -138,6 +138,20 @@ def test_drums_wind_and_gripped_wheels_turn() -> None:
     assert turned - turned[0] == pytest.approx([math.degrees(each / 20.0) for each in wound], abs=1e-9)
 
 
+@pytest.mark.parametrize("length", ["600", "200 + 400", "300*2", "1200/2", "700 - L", "L*6", "-L + 700", "10^2*6"])
+def test_the_word_may_stand_behind_any_length(length: str) -> None:
+    """It is not taken for an option of the last number."""
+    text = f"""
+    .let L = 100;
+    W : .disc(20) O = [200,10];   Load : .disc(3) P = [220,-300];   Hand : .disc(3) P = [180,-200];
+    @0 W.O = [200,10];  Load.P.x = 220;  Load.P.y < 0;  Load.angle = 0;  Hand.P = [180, -200 - 20*.t];
+       .cord(Load.P, -W, Hand.P) = {length} .grips;
+    @3
+    """
+    turned = mv.loads(text).solve(fps=4)["W.angle"]
+    assert turned[-1] - turned[0] == pytest.approx(math.degrees(60.0 / 20.0), abs=1e-9)
+
+
 def test_a_belt_of_given_length_puts_its_idler_where_it_is_tight() -> None:
     """Open belt over two equal pulleys: twice the distance, and the circumference."""
     text = """

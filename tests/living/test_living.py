@@ -115,9 +115,44 @@ def test_poses_are_those_of_solve_also_where_it_binds():
     assert 0 < bound < 12
 
 
+GEARS = """
+.config(10, 400, 320);
+.let m = 4;   .let d = 60;   .let h = 40;   .let x = 0.5;   .let f = .acos(x);
+Low  : .gear(10, m)  C = [100,100]  T = C + [20,0];
+High : .gear(20, m)  C = [100 + d,100]  T = C + [20,0];
+Rack : .rack(12, m)  A = [60,180]  B = [200,180];
+Wheel : .gear(20, m) C = [140,180 + h]  T = C + [20,0];
+Arm : .bar O = [300,100] P = O + [40,0].r(f);
+@0 Low.C = [100,100]; High.C = [100 + d,100]; Low.angle = 90*.t; .mesh(Low, High) = 0;
+   Rack.A = [60 + 10*.t,180]; Rack.angle = 0; Wheel.C = [140,180 + h]; .mesh(Rack, Wheel) = 0; Arm.O = [300,100]; Arm.angle = 0;
+@2
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "fits"),
+    [
+        ({}, True),
+        ({"d": 60.19}, True), ({"d": 60.21}, False), ({"d": 59.81}, True), ({"d": 59.79}, False),
+        ({"m": 4.5}, False), ({"m": 4.5, "d": 67.5, "h": 45.0}, True), ({"m": 4.5, "d": 67.5, "h": 45.3}, False),
+        ({"h": 40.19}, True), ({"h": 40.21}, False), ({"h": -40.0}, False),
+        ({"x": 1.0}, True), ({"x": 1.001}, False),
+    ],
+)  # fmt: skip
+def test_what_solve_refuses_before_it_begins_binds(given, fits):
+    """Gears that are too far apart for their teeth, and constants that have no value."""
+    script = mv.loads(GEARS)
+    figure, film = follower(script, "m", "d", "h", "x")
+    own = {slider.name: slider.value for slider in figure.sliders}
+    found = film(own | given)
+    assert all(row is not None for row in found) is fits
+    _motion, end = solved(script, given)
+    assert end == (len(found) if fits else 0)
+
+
 LIVING = {
-    "crane": ("r",), "geneva": ("a", "w", "lock"), "hart": ("L", "S", "q"), "jansen": ("bd", "gi"), "klann": ("u",),
-    "planetary": ("m",), "umbrella": ("rib", "half"),
+    "crane": ("r",), "geneva": ("a", "R", "deep", "lock"), "hart": ("L", "S", "q"), "jansen": ("bd", "gi"), "klann": ("u",),
+    "planetary": ("m", "arm"), "umbrella": ("rib", "half"),
 }  # fmt: skip
 
 

@@ -25,7 +25,7 @@ PUSHED = """
 @pytest.mark.parametrize("hand", [-30.0, 15.0, 130.0, 250.0])
 def test_a_hand_is_held_by_what_pushes(bench: Callable[[str], Bench], hand: float) -> None:
     there = bench(PUSHED)
-    places = there.drag("B", "C", (hand, 50.0), 3).places
+    places = there.drag("B", "C", (hand, 50.0), 6).places
     drawn = (100.0, 50.0)  # nothing turns, so a place is how far a thing is from where it is drawn
     x, y = np.array(places[4 * there.number("B") :][:2]) + drawn
     assert x == pytest.approx(min(max(hand, 40.0), 160.0), abs=0.02)  # between the driven disc and the stop

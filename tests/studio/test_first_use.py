@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import pytest
 
+from movimentum.studio.messages import ThumbnailMade
+from movimentum.studio.thumbnails import Thumbnails
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
 
@@ -149,3 +151,14 @@ def test_the_seeds_ways_by_keys(opened: Opened) -> None:
     tab.page.wait_for_function("() => document.getElementById('name').textContent === 'untitled'")
     state = tab.until("s.shownRev === s.rev && Object.keys(s.anchors).length >= 2")
     assert "linkage" in tab.text() or state["anchors"]
+
+
+def test_all_examples_are_there_as_stills_before_the_first_one_moves() -> None:
+    paths = tuple(sorted((ROOT / "scripts").glob("*.mov")))[:4]
+    sent: list[ThumbnailMade] = []
+    Thumbnails({"gallery": paths, "recent": paths[2:3]}, sent.append)
+    wait_for(lambda: len(sent) == 10, 60.0)
+    stills = sent[:5]
+    assert [(each.source, each.number) for each in stills] == [("recent", 0), *(("gallery", k) for k in range(4))]
+    assert all(each.film["frames"] == 1 for each in stills)
+    assert all(each.film["frames"] > 1 for each in sent[5:])

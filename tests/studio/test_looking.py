@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from movimentum.source import SourceText
-from movimentum.studio.descriptions import claims_data
-from movimentum.studio.messages import ClaimsChecked, RatesAsked, RatesSent, StillAsked, StillMade
-from movimentum.studio.questions import rates, still
+from movimentum.studio.descriptions import claims_data, diagnostics_data
+from movimentum.studio.messages import ClaimsChecked, PlotAsked, Plotted, RatesAsked, RatesSent, StillAsked, StillMade
+from movimentum.studio.questions import plot, rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum
 from tests.studio.bench import Bench
@@ -163,3 +163,28 @@ def test_claims_velocities_traces_and_copies_on_the_page(opened: Opened) -> None
         "() => document.querySelector('[data-testid=told]').textContent.startsWith('Not copied')"
     )
     assert "saves the picture to a file" in tab.testid("told").inner_text()
+
+
+BINDS = """
+    .config(20, 400, 200);  Crank : .bar O=[100,100] P=[150,100];  Rod : .bar A=[150,100] B=[195,100];
+    @0 Crank.O = [100,100];  Crank.angle = 90*.t;  Rod.A = Crank.P;  Rod.B.y = 100;  Rod.A.x < Rod.B.x;
+    @2
+"""
+
+
+def test_a_plot_has_a_gap_where_there_is_no_solution(bench: Callable[[str], Bench]) -> None:
+    there = bench(BINDS)
+    plot(there.worker, PlotAsked(1, "Rod.B.x"))
+    (told,) = there.said
+    assert isinstance(told, Plotted)
+    times = np.arange(len(told.rows)) / 20.0
+    heights = 50.0 * np.sin(np.radians(90.0 * times))
+    assert [row[0] is None for row in told.rows] == (heights > 45.0).tolist()
+
+
+def test_no_help_is_for_a_command_line(bench: Callable[[str], Bench]) -> None:
+    there = bench(BINDS)
+    told = diagnostics_data(there.job.revision.diagnostics, there.job.revision.source)
+    (found,) = [each for each in told if each["code"] == "solve/unreachable"]
+    assert found["message"]
+    assert not [text for each in told for text in each["helps"] if "--" in text]

@@ -26,6 +26,8 @@ CHUNK = 8192
 HALVINGS = 60
 BETWEEN, MOST_PEAKS, ZOOMED = 4, 40, 16
 """Of claims about gaps: instants in each interval of the grid; narrow places that are looked at closely; how often."""
+DIGITS = 60
+"""Of claims of constants alone."""
 AT_MOST = 50_000
 """Instants between the frames at which claims are looked at in one segment: each costs ten microseconds."""
 
@@ -109,15 +111,29 @@ def off_by(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
             return np.asarray(np.hypot.reduce(apart), dtype=np.float64)
 
 
+def _constant_off(claim: Claim) -> float | None:
+    """By how much a claim of constants alone is off, where floats are too rough to tell; None for any other."""
+    pairs = list(zip(claim.left, claim.right, strict=True))
+    if not all(a.value is not None and b.value is not None for a, b in pairs):
+        return None
+    from movimentum.solver.arithmetic.evaluation import Evaluator
+    from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+
+    numbers = Evaluator(DigitsArithmetic(DIGITS))
+    apart = [np.asarray(numbers.constant(a) - numbers.constant(b), dtype=np.float64) for a, b in pairs]
+    return float(off_by(claim, [*apart, *(np.zeros(1) for _ in apart)])[0])
+
+
 class _Judge:
     """Checks poses, and remembers where its claim fails."""
 
     def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
         claim = held.claim
         self.motion, self.held = motion, held
-        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right))
+        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right), motion)
         given = claim.tolerance
         self.tolerance = CLAIM_MET * motion.size if given is None else float(given)
+        self.constant = _constant_off(claim)
         self.fails: tuple[Fraction, tuple[float, ...], float] | None = None
         self.worst, self.worst_time = 0.0, held.start
         self.good: list[Fraction] = []
@@ -130,12 +146,12 @@ class _Judge:
 
     def look(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
         """Judge poses; ``frame``: the number of the first one, if they are frames."""
-        inside = np.array([self.held.covers(time) for time in times]) & poses.solved
+        inside = np.array([self.held.covers(time) for time in times], dtype=np.bool_) & poses.solved
         places = np.nonzero(inside)[0]
         if len(places) == 0:
             return
         values = self.read(poses)
-        off = off_by(self.held.claim, values)
+        off = off_by(self.held.claim, values) if self.constant is None else np.full(len(times), self.constant)
         fails = self.failing(off)
         self.looked += len(places)
         bad = places[fails[places]]

@@ -389,7 +389,11 @@ _UNTOLD = {
         "the velocity of {who} is unknown, because it depends on an integral",
         "determine what is still free, or leave the integral out",
     ),
-    RateTrouble.PUSHED: ("no-velocity", "nothing tells how fast {who} is: it is pushed", "`motion.velocity` does"),
+    RateTrouble.PUSHED: (
+        "no-acceleration",
+        "{who} has a velocity, but no acceleration: something pushes it",
+        "`.d(…)` of it, once, is known",
+    ),
     RateTrouble.DEMANDED: (
         "demanded-velocity",
         "this says how fast {who} should be, but `.d(…)` only tells how fast it is",

@@ -144,6 +144,28 @@ def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushT
     )
 
 
+def undecided_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A warning for each pair whose corners meet so that it is a matter of chance how they go on."""
+    scene = motion.timeline.scene
+    spans = {item.number: item.span for item in scene.constraints()}
+    times: dict[tuple[int, tuple[int, int] | None], list[float]] = {}
+    for event in contact_events(motion):
+        if event.happening is Happening.UNDECIDED:
+            times.setdefault(event.pair, []).append(event.time)
+    for (push, things), when in times.items():
+        names = listed([f"`{scene.things[t].name}`" for t in things or ()])
+        first, *rest = map(time_text, when)
+        again = (f"again at t = {', '.join(rest[:SHOWN])}",) if rest else ()
+        yield Diagnostic(
+            code="contact/undecided",
+            severity=Severity.WARNING,
+            message=f"corners of {names} meet at t = {first}, and may go on past either side of each other",
+            span=spans.get(push),
+            notes=(*again, "the film shows one of both; what comes after depends on it"),
+            helps=("draw one of them a little aside, so that it comes past the side that is meant",),
+        )
+
+
 def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each pair that comes to touch, and for each that parts."""
     scene = motion.timeline.scene

@@ -44,8 +44,6 @@ class HeldBlock:
     the unknowns ``reads`` (None: the errors of the block's own wishes are watched).
     """
 
-    detours = False
-    """Whether it may have to go away from where it is pulled to, to come there."""
     _now = np.zeros(1)
 
     def __init__(
@@ -139,7 +137,6 @@ class HeldBlock:
 class PushedBlock(HeldBlock):
     """One that inequalities push. The way of a hand, from 0 to 1, stands for time: it is the last of the clocks."""
 
-    detours = True
     _now = np.ones(1)
     _way = np.array([0.0, 1.0])
 
@@ -158,11 +155,10 @@ class PushedBlock(HeldBlock):
         return np.zeros_like(x) if velocity is None else velocity
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
-        """See `HeldBlock`; with fewer ``steps``, less of the way is shown."""
+        """See `HeldBlock`; all of the way is one step."""
         with np.errstate(all="ignore"):
             track = gone_on(self._course(), x, self._way, float(self._way[-1]), PULLED)
-        shown = np.linspace(0, len(track.values) - 1, min(steps, len(track.values) - 1) + 1).round().astype(np.intp)
-        yield from track.values[shown[1:]]
+        yield track.values[-1]
 
 
 def held_block(

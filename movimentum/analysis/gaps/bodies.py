@@ -14,7 +14,7 @@ from movimentum.outlines.contour import Contour
 from movimentum.outlines.cores import Core, core_of
 from movimentum.outlines.facets import Facets, hull
 from movimentum.outlines.fine import Fine
-from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
+from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle, VariableComponent
 from movimentum.scene.outlines import Circle, rings_of
 from movimentum.solver.poses import Poses
 from movimentum.things.kinds.body import Composite
@@ -121,7 +121,7 @@ def excused(scene: Scene, segment: Segment, bodies: Sequence[GapBody], poses: Po
         if any(each.number == item.constraint.number for each in segment.active):
             _mark(found, place, {item.first.number, item.second.number})
     for constraint in segment.active:
-        if constraint.touches:
+        if constraint.touches and not isinstance(constraint.left[0].payload, VariableComponent):  # a variable reads
             leaves = symbols(*constraint.left, *constraint.right)
             _mark(found, place, {each.thing for each in leaves if isinstance(each, AnchorCoordinate | ThingAngle)})
     if not all_layers:

@@ -23,6 +23,7 @@ from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.free.velocity import field_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_POSE
@@ -30,6 +31,8 @@ from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_P
 MOST_STEPS = 400
 STEPS_A_MOVE = 3
 """As many as one move of a hand takes; what is farther off follows with the next move."""
+WAY = 0.1
+"""Of the canvas: so far something is pulled in one step where inequalities push."""
 
 
 class DragResult(StrEnum):
@@ -129,26 +132,49 @@ class Grip:
 
         Ends earlier where it arrives, or comes no nearer.
         """
-        return sum(1 for _ in self._steps(target, steps))
+        return sum(1 for _ in self._steps(target, steps, nearly=True))
 
     def path(self, target: Sequence[float], steps: int = MOST_STEPS) -> list[Snapshot]:
         """Like `move`: the pose before it and those after each step."""
         return [self.pose(), *(self.pose() for _ in self._steps(target, steps))]
 
-    def _steps(self, target: Sequence[float], steps: int) -> Iterator[None]:
-        self._begin, self._target = self._values(), np.array(target, dtype=np.float64)
+    def _steps(self, target: Sequence[float], steps: int, *, nearly: bool = False) -> Iterator[None]:
+        self._target = np.array(target, dtype=np.float64)
         held, size = self._held, self.segment_motion.plan.size
         if held is None:
             return
         off = held.off(self.x)
         if off <= ARRIVED * size:
             return
+        if not self._whole:
+            yield from self._ways(self._target, steps, nearly)
+            return
         for y in islice(held.pulled(self.x, steps), steps):
             self.x = y
             yield
             before, off = off, held.off(y)
-            if off <= ARRIVED * size or (before - off <= ARRIVED * size and not held.detours):
+            if off <= ARRIVED * size or before - off <= ARRIVED * size:
                 return
+
+    def _ways(self, goal: FloatArray, steps: int, nearly: bool) -> Iterator[None]:
+        """The same where inequalities push: in ways that are not long, as what is far off pulls hard to the side."""
+        held, size = self._held, self.segment_motion.plan.size
+        assert held is not None
+        here, reach = self._values(), WAY * field_of(self.segment_motion.plan.system.scene)
+        off = float(np.linalg.norm(goal - here))
+        try:
+            for _ in range(steps):
+                self._begin, self._target = here, here + (goal - here) * min(1.0, reach / off)
+                for y in held.pulled(self.x, 1):
+                    self.x = y
+                yield
+                here, before = self._values(), off
+                off = float(np.linalg.norm(goal - here))
+                last = nearly and before <= reach
+                if last or off <= ARRIVED * size or before - off <= ARRIVED * size:
+                    return
+        finally:
+            self._target = goal
 
     def placements(self) -> FloatArray:
         """(N, 4): where each thing of the scene is now, as `Placing.of`."""

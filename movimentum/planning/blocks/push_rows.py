@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.records import dataclass
@@ -43,14 +44,17 @@ class SkinBody:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PushRows:
-    """The inequalities that push a block: compiled ``values`` (``count`` of them), and their derivatives ``slopes`` at
-    ``entries`` (inequality, core unknown). ``numbers``: of their constraints.
+    """The inequalities that push a block, ``count`` of them: their values ``fixed`` (K,), or, of the ``varying`` ones,
+    compiled ``values``, and their derivatives ``slopes`` at ``entries`` (inequality, core unknown). ``numbers``: of
+    their constraints.
 
     Those in ``gaps`` are about outlines: what is added to each distance. Those in ``rates`` say how fast the value must
     grow at least; ``wanted``: compiled; that rate, 0 for others.
     """
 
     count: int
+    fixed: FloatArray
+    varying: tuple[int, ...]
     values: Compiled
     slopes: Compiled
     entries: tuple[tuple[int, int], ...]

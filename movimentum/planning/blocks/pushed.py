@@ -197,9 +197,12 @@ def _push_rows(pushes: Sequence[Push], block: Free, system: System, clocks: Cloc
         return bodies[side]
 
     gaps = tuple(GapRow(k, body(first), body(second)) for k, push in enumerate(pushes) for first, second in push.pairs)
+    known = [value.value for value in values]
     return PushRows(
         len(pushes),
-        compiled(values, clocks),
+        np.array([0.0 if value is None else value for value in known]),
+        tuple(k for k, value in enumerate(known) if value is None),
+        compiled([value for value in values if value.value is None], clocks),
         compiled(slopes, clocks),
         tuple(entries),
         tuple(push.constraint for push in pushes),

@@ -25,10 +25,10 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
     owner = {n: block.number for block in blocks for n in block.unknowns}
     law = blocks[owner[of]]
     trouble = None
-    if isinstance(law, Pushing):
-        trouble = RateTrouble.PUSHED
-    elif not isinstance(law, Free):
+    if not isinstance(law, Free):
         trouble = RateTrouble.FLOWING
+    elif isinstance(law, Pushing) and order > 1:
+        trouble = RateTrouble.PUSHED
     elif law.moving and order > (1 if law.wishes is not None else HIGHEST):
         trouble = RateTrouble.HIGHER
     if trouble is not None:

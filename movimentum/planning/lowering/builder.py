@@ -7,7 +7,6 @@ where that is equivalent.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from functools import cached_property
 
 from movimentum.expressions import (
     ONE,
@@ -24,11 +23,11 @@ from movimentum.expressions import (
     substitute,
     symbol,
     symbols,
-    walk,
 )
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
+from movimentum.planning.lowering.contacts import face_contacts, followed, pin, places_held
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
@@ -45,7 +44,7 @@ from movimentum.planning.lowering.unknowns import (
     symbol_numbers,
     unknown_number,
 )
-from movimentum.scene.leaves import Bearing, ContactPlace
+from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import (
     AnchorCoordinate,
     Anonymous,
@@ -89,6 +88,8 @@ class SystemBuilder:
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
+        self.touching = places_held(segment.active)
+        self.pinned = frozenset(item.pin for item in segment.active if item.pin is not None)
         self.constraint: Constraint | None = None
         self.integrals = 0
         self.rolling = rolling
@@ -134,8 +135,8 @@ class SystemBuilder:
             return self._integral(node)
         if node.op == "derivative":
             return self.total_derivative(self.memo[node.args[0]])
-        if node.op in ("nearest", "nearest-turned"):
-            return self._followed(node)
+        if node.op in FOUND_ANEW:
+            return followed(self, node)
         if node.op != "symbol":
             return None
         payload = node.payload
@@ -157,7 +158,7 @@ class SystemBuilder:
             case ThingProperty(thing, name):
                 return symbol(self.unknown(payload, f"{self.scene.things[thing].name}.{name}"))
             case Bearing():
-                return self._bearing(payload)
+                return self.bearing(payload)
             case VariableComponent(name, axis):
                 return symbol(self.unknown(payload, name if axis is None else f"{name}.{'xy'[axis]}"))
             case Anonymous(number, axis, _):
@@ -165,13 +166,14 @@ class SystemBuilder:
             case _:
                 raise TypeError(payload)
 
-    def _bearing(self, bearing: Bearing) -> Expr:
+    def bearing(self, bearing: Bearing) -> Expr:
         """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
-        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))
-        assert self.constraint is not None
+        if self.constraint is None:  # nothing states it
+            return seen
+        number = self.unknown(bearing, symbol_name(self.scene, bearing))
         if self.rolling:
             self._equate(seen, symbol(number), self.constraint.number)
             return symbol(number)
@@ -186,45 +188,6 @@ class SystemBuilder:
             )
         )
         return symbol(number)
-
-    def _face_contacts(self, constraint: Constraint) -> None:
-        """Directions of things as parts of their poses, where contacts read them as those of angles."""
-        for payload in symbols(*constraint.left, *constraint.right):
-            if isinstance(payload, ThingAngle):
-                frame = self.frames[payload.thing]
-                turned = frame.turn_of(self.pose(payload.thing, PoseCos), self.pose(payload.thing, PoseSin))
-                for op, value in zip(("cosd", "sind"), turned, strict=True):
-                    self.memo[Expr(op, (symbol(payload),))] = value
-
-    def _followed(self, node: Expr) -> Expr | None:
-        """A place of contact, an unknown that is followed along the path; None where it is only read."""
-        from movimentum.outlines.nearest import LONGER, Nearest, rows  # few scripts have contacts
-
-        touch = node.payload
-        assert isinstance(touch, Nearest)
-        if self.constraint is None or not self.constraint.touches:
-            return None
-        if touch.which == LONGER:
-            return ONE
-        if _reads(self.constraint) and node not in self.touching:
-            return None
-        payload = ContactPlace(touch, node.args)
-        if payload in self.number_of:
-            return symbol(self.number_of[payload])
-        names = ["of contact"] if touch.count == 1 else ["of contact", "of contact there"]
-        both = [ContactPlace(touch.other(k), node.args) for k in range(touch.count)]
-        places = tuple(symbol(self.unknown(each, name)) for each, name in zip(both, names, strict=True))
-        for row in rows(touch, tuple(self.memo[arg] for arg in node.args), places):
-            row = self._gathered(row)
-            self.add_equation(row, self._form(row), self.constraint.number)
-        return places[touch.which]
-
-    @cached_property
-    def touching(self) -> frozenset[Expr]:
-        """The places of contact that equations of the segment hold."""
-        held = [each for each in self.segment.active if each.touches and not _reads(each)]
-        roots = (side for each in held for side in (*each.left, *each.right))
-        return frozenset(node for node in walk(*roots) if node.op in FOUND_ANEW)
 
     def _integral(self, node: Expr) -> Expr:
         integrand = self.memo[node.args[0]]
@@ -291,6 +254,11 @@ class SystemBuilder:
 
     # rows
 
+    def add_row(self, row: Expr, constraint: int) -> None:
+        """``row`` is zero."""
+        row = self._gathered(row)
+        self.add_equation(row, self._form(row), constraint)
+
     def add_equation(
         self,
         residual: Expr,
@@ -323,7 +291,11 @@ class SystemBuilder:
         self.constraint = constraint
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
-            self._face_contacts(constraint)
+            face_contacts(self, constraint)
+        if constraint.pin is not None:
+            pin(self, constraint)
+            self.constraint = None
+            return
         if constraint.pushes:
             self.pushes.append(lowered_push(self, constraint))
             self.constraint = None
@@ -393,8 +365,3 @@ class SystemBuilder:
 def can_be_seen_turning(thing: Thing) -> bool:
     """Whether a turn would move an anchor; a thing with one anchor that no constraint turns stays as it is."""
     return any(anchor.local != thing.anchors[0].local for anchor in thing.anchors)
-
-
-def _reads(constraint: Constraint) -> bool:
-    """Whether it says what a variable is."""
-    return isinstance(constraint.left[0].payload, VariableComponent)

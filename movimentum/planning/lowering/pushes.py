@@ -39,14 +39,14 @@ class PoseLowering(Protocol):
 def lowered_push(builder: PoseLowering, constraint: Constraint) -> Push:
     """An inequality that pushes. The gap of things frees nothing: those that nothing else states stay."""
     (left,), (right,), number = constraint.left, constraint.right, constraint.number
-    above = constraint.relation is Relation.ABOVE
+    above = constraint.relation is Relation.ABOVE  # a gap is on the larger side
     if constraint.gaps:
         there = [pair for pair in constraint.gaps if all(_is_there(builder, side.thing) for side in pair)]
         for side in (side for pair in there for side in pair if side.thing in builder.frames):
             if not isinstance(builder.scene.things[side.thing].own, Round):
                 for kind in (PoseCos, PoseSin):
                     builder.pose(side.thing, kind)  # an outline is seen to turn, where anchors are not
-        margin = builder.lower(right)
+        margin = builder.lower(right if above else left)
         parts = {kind(side.thing) for pair in there for side in pair for kind in (PoseX, PoseY, PoseCos, PoseSin)}
         reads = {builder.number_of[part] for part in parts if part in builder.number_of} | symbol_numbers(margin)
         return Push(neg(margin), number, frozenset(reads), pairs=tuple(there))

@@ -6,15 +6,16 @@ Poses are kept in the scene's terms, so that a plan with other frames can read t
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Sequence
+from fractions import Fraction
 
-from movimentum.expressions import Expr, evaluate_op, walk
+from movimentum.expressions import Expr, call, evaluate_op, walk
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import dataclass, field
-from movimentum.scene.leaves import ContactPlace
-from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
+from movimentum.scene.leaves import Bearing, ContactPlace, Kept
+from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty
 from movimentum.solver.basis.body_pose import numbers_of, pose_part
 
 
@@ -27,6 +28,11 @@ class ThingPose:
     c: float = 1.0
     s: float = 0.0
     angle: float = 0.0
+
+
+def turned_near(angle: float, near: float) -> float:
+    """An angle with the whole turns that bring it nearest to another."""
+    return angle + 360.0 * round((near - angle) / 360.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,26 +66,48 @@ class Snapshot:
 
     def _nearest(self, system: System, place: ContactPlace) -> float | None:
         """Where things that touch are nearest to each other in these poses."""
+        found = float(place.touch.at(*self.read(system.scene, place.pose, Fraction(0), {})))
+        if place.along:
+            found = place.touch.outline.length_at(found)
+        return found if math.isfinite(found) else None
+
+    def read(
+        self, scene: Scene, roots: Sequence[Expr], time: Fraction, more: Mapping[Kept, float]
+    ) -> tuple[float, ...]:
+        """The values of expressions of the scene at this moment; ``more``: what is known from before."""
 
         def leaf(node: Expr) -> float:
             match node.payload:
                 case AnchorCoordinate(thing, anchor, axis):
-                    pose, (x, y) = self.things[thing], system.scene.things[thing].anchors[anchor].local
+                    pose, (x, y) = self.things[thing], scene.things[thing].anchors[anchor].local
                     return pose.y + pose.s * x + pose.c * y if axis else pose.x + pose.c * x - pose.s * y
                 case ThingAngle(thing):
-                    return math.degrees(math.atan2(self.things[thing].s, self.things[thing].c))
+                    return self.things[thing].angle
+                case ThingProperty(thing, name):
+                    return self.others.get(node.payload, scene.things[thing].undriven(name))
+                case Kept():
+                    return more[node.payload]
+                case Bearing(drawn=drawn, sine=sine, cosine=cosine) if node.payload not in self.others:
+                    return turned_near(value(call("atan2d", sine, cosine)), drawn)
                 case known:
                     return self.others.get(known, 0.0)
 
         values: dict[Expr, float] = {}
-        for node in walk(*place.pose):
-            value = node.value
-            if value is None:
-                args = [values[arg] for arg in node.args]
-                value = evaluate_op(node.op, node.payload, args) if args else leaf(node)
-            values[node] = value
-        found = float(place.touch.at(*(values[root] for root in place.pose)))
-        return found if math.isfinite(found) else None
+
+        def value(root: Expr) -> float:
+            for node in walk(root):
+                if node in values:
+                    continue
+                found = node.value
+                if node.op == "clock":
+                    found = float(time - node.start)
+                elif found is None:
+                    args = [values[arg] for arg in node.args]
+                    found = evaluate_op(node.op, node.payload, args) if args else leaf(node)
+                values[node] = found
+            return values[root]
+
+        return tuple(value(root) for root in roots)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -51,17 +51,17 @@ class BlockProblem:
 
     def at(self, places: NDArray[np.int64], count: int) -> BlockProblem:
         """Some of ``count`` instants."""
-        inputs = {n: np.broadcast_to(value, count)[places] for n, value in self.inputs.items()}
+        inputs = {
+            n: value if np.ndim(value) == 0 else np.broadcast_to(value, count)[places]
+            for n, value in self.inputs.items()
+        }
         clocks = [np.broadcast_to(clock, count)[places] for clock in self.clocks]
         scale = self.scale if self.scale.ndim == 1 else self.scale[places]
         return replace(self, inputs=inputs, clocks=clocks, scale=scale)
 
     def values(self, x: FloatArray) -> dict[int, FloatArray]:
         """The inputs and the core, by unknown number."""
-        values = dict(self.inputs)
-        for j, n in enumerate(self.block.core):
-            values[n] = x[:, j]
-        return values
+        return {**self.inputs, **dict(zip(self.block.core, x.T, strict=True))}
 
     def residual(self, x: FloatArray) -> FloatArray:
         """(F, m) residuals."""

@@ -18,6 +18,7 @@ from movimentum.arrays import FloatArray, solutions
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.free.velocity import MOST_NODES
 from movimentum.tolerances import (
     COARSEST_FREE_MOTION_STEP,
@@ -42,6 +43,9 @@ by something wild must come to an end too."""
 REFUSED = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
 there, each with its velocity."""
+CORRECTED = 1e-2
+"""Of what is allowed: where what a corrector would change is less, and the constraints determine the rest, it is left
+out."""
 MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
@@ -66,7 +70,9 @@ class Watch(Protocol):
     """
 
     first: float
-    """Of the time between two nodes: the first step."""
+    """The first step."""
+    turning: Turning
+    """Which unknowns turn."""
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """How long a step may be at most."""
@@ -112,7 +118,16 @@ def drift(
     hurried = False
     rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
-    length = (FIRST_FREE_MOTION_STEP if watch is None else watch.first) * float(nodes[1] - nodes[0])
+    turning = None if watch is None else watch.turning
+
+    def pace(x: FloatArray, rate: FloatArray) -> FloatArray:
+        return rate if turning is None else turning.paces(x, rate)
+
+    def gone(x: FloatArray, change: FloatArray) -> FloatArray:
+        return x + change if turning is None else turning.moved(x, change)
+
+    paces = [pace(x, rate)]
+    length = FIRST_FREE_MOTION_STEP * float(nodes[1] - nodes[0]) if watch is None else watch.first
 
     def track(end: float) -> NodeTrack:
         return node_track(times, values, rates, end, np.inf if stage >= ROUNDS else tolerance)
@@ -132,6 +147,7 @@ def drift(
                 if not good:
                     return track(tau)
                 rates.append((new - x) / (float(target) - tau))
+                paces.append(pace(x, rates[-1]))
                 tau, x = float(target), new
                 times.append(tau)
                 values.append(x)
@@ -142,17 +158,21 @@ def drift(
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
             instant = tau + step if target - tau - step > FREE_MOTION_AT_NODE * total else float(target)
-            predicted = x + _advance(past, rates[-order:], step)
+            predicted = gone(x, _advance(past, paces[-order:], step))
             new, good, tangent = motion.restored(instant, predicted)
             new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
-            corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
+            new_pace = pace(new, new_rate)
+            corrected = gone(x, _advance([*past, step], [*paces[-order:], new_pace], step))
             off = MILNE[order - 1] * (corrected - new)
-            bend = step / 384.0 * _bend([*past, step], [*rates[-order:], new_rate], step)
+            bend = gone(new, step / 384.0 * _bend([*past, step], [*paces[-order:], new_pace], step)) - new
             error = max(float(np.max(np.abs(off) / scale)), float(np.max(np.abs(bend) / scale)))
             if watch is not None and np.isfinite(error):
-                left = (watch.undetermined(each) / scale for each in (off, bend))
-                error = max(error * tolerance / PUSH_GUESS, *(float(np.max(np.abs(each))) for each in left))
-            if np.isfinite(error) and error <= tolerance:
+                open_ = [float(np.max(np.abs(watch.undetermined(each) / scale))) for each in (off, bend)]
+                error = max(error * tolerance / PUSH_GUESS, *open_)
+                needless = open_[0] <= CORRECTED * tolerance
+            else:
+                needless = False
+            if np.isfinite(error) and error <= tolerance and not needless:
                 new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
                 if step <= SHORTEST_PATH_STEP * total:
@@ -167,6 +187,7 @@ def drift(
                         times.append(tau)
                         values.append(x)
                         rates.append(motion.velocity(tau, x, after=True))
+                        paces.append(pace(x, rates[-1]))
                     begun = len(times) - 1
                 continue
             refused = 0
@@ -181,6 +202,7 @@ def drift(
             times.append(tau)
             values.append(x)
             rates.append(new_rate)
+            paces.append(pace(x, new_rate))
             grown = 0.9 * (tolerance / max(error, LEAST_DIVISOR)) ** (1.0 / (order + 1))
             length = max(length, step) * min(2.0, grown) if grown > 1.1 or step == length else length
     return track(max(until, high))

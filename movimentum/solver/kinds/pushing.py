@@ -105,9 +105,9 @@ def _on_contacts(
     best = x.copy()
     for _ in range(12):
         some = problem.at(going, len(x))
-        values, slopes = contacts.held(held, some, x[going])
-        residual = np.concatenate([some.residual(x[going]), values - wanted], axis=1)
-        rows = np.concatenate([some.jacobian(x[going]), slopes], axis=1)
+        lines = contacts.lines(held, some, x[going])
+        residual = np.concatenate([some.residual(x[going]), lines.values - wanted], axis=1)
+        rows = np.concatenate([some.jacobian(x[going]), lines.slopes], axis=1)
         wide, lengths = scaled(rows @ white, np.ones(int(white.shape[1])))
         off = np.max(np.abs(residual) / np.maximum(np.max(np.abs(rows) * scale, axis=2), LEAST_DIVISOR), axis=1)
         off = np.where(np.isfinite(off), off, np.inf)

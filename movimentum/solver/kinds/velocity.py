@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from movimentum.arrays import BoolArray
-from movimentum.planning.blocks.kinds import Velocity
+from movimentum.planning.blocks.kinds import Pushing, Velocity
 from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.taylor import coefficient
 from movimentum.solver.basis.instants import Instants
@@ -16,6 +16,7 @@ from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.tracks import Choice, NodeTrack, Path, Track
 from movimentum.solver.free.rates import depths, extend
 from movimentum.solver.kinds.context import Beginning, Kernel
+from movimentum.solver.rates.pushed import extend_pushed
 
 
 class VelocityKernel(Kernel[Velocity]):
@@ -32,18 +33,27 @@ class VelocityKernel(Kernel[Velocity]):
             for n in block.unknowns:
                 state[n] = np.full(len(instants), np.nan)
         else:
-            _set_rates(path.plan, block, state, instants)
+            _set_rates(path.plan, block, state, instants, path)
         return None
 
 
-def _set_rates(plan: Plan, block: Velocity, state: State, instants: Instants) -> None:
+def _set_rates(plan: Plan, block: Velocity, state: State, instants: Instants, path: Path | None = None) -> None:
+    """Without a ``path``, at its beginning, what pushes is not known yet: a block that is pushed has the velocity that
+    it would have alone.
+    """
     count, segment = len(instants), plan.system.segment
     ahead = segment.end > segment.start  # at the end of it all there is no other side of a kink
     moment = Moment(plan, instants, [None if value is None else (value,) for value in state], ahead)
     with np.errstate(all="ignore"):
         needed = depths(plan, block.behind, {block.law: block.order})
         for number in block.behind:
-            extend(plan.blocks[number], moment, needed[number])
+            law, track = plan.blocks[number], None if path is None else path.tracks[number]
+            if path is not None and isinstance(law, Pushing) and isinstance(track, NodeTrack):
+                aside = 0.5 if path.end == path.begin else 0.0  # of one instant: what drives it goes on
+                nodes = np.linspace(path.begin - aside, path.end + aside, max(len(track.tau), 2))
+                extend_pushed(path, nodes, law, track, moment)
+            else:
+                extend(law, moment, needed[number])
         extend(block, moment, 0)
     for n in block.unknowns:
         state[n] = np.array(np.broadcast_to(coefficient(moment.values[n] or (), 0), count), dtype=np.float64)

@@ -41,6 +41,9 @@ class Piece:
     nodes: FloatArray = field(default_factory=lambda: np.zeros(1))
     resolved: bool = True
     _upstream: dict[int, tuple[int, ...]] = field(default_factory=dict[int, tuple[int, ...]])
+    _before: dict[int, tuple[State, tuple[int, ...]]] = field(
+        default_factory=dict[int, "tuple[State, tuple[int, ...]]"]
+    )
     _still: State | None = None
     _signs: dict[int, FloatArray | float] = field(default_factory=dict[int, "FloatArray | float"])
     _switching: list[int] = field(default_factory=list[int])
@@ -72,7 +75,16 @@ class Piece:
 
     def before(self, number: int, instants: Instants) -> State:
         """The state of all that block ``number`` depends on."""
-        return self.evaluate(instants, self.upstream(number))[0]
+        found = self._before.get(number)
+        if found is None:
+            upstream = self.upstream(number)
+            still = [k for k in upstream if isinstance(self.tracks[k], StillTrack)]
+            found = self._before[number] = (
+                self.evaluate(instants, still)[0],
+                tuple(k for k in upstream if not isinstance(self.tracks[k], StillTrack)),
+            )
+        settled, moving = found
+        return self._evaluated(instants, settled.copy(), moving)[0]
 
     def solve(self, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
         """Solve all blocks of a piece that has been followed, at any number of ``instants``.
@@ -133,11 +145,15 @@ class Piece:
         Returns the state and a mask (F,) of instants without a solution (their values are finite where a
         discriminant was clamped, nan otherwise).
         """
+        state: State = [None] * len(self.plan.system.unknowns)
+        return self._evaluated(instants, state, range(len(self.tracks)) if only is None else only)
+
+    def _evaluated(self, instants: Instants, state: State, only: Iterable[int]) -> tuple[State, BoolArray]:
+        """Fill ``state``, see `evaluate`."""
         plan = self.plan
-        state: State = [None] * len(plan.system.unknowns)
         bad = np.zeros(len(instants), dtype=np.bool_)
         with np.errstate(all="ignore"):
-            for number in range(len(self.tracks)) if only is None else only:
+            for number in only:
                 look()
                 failed = kernels.evaluate(self, plan.blocks[number], self.tracks[number], state, instants)
                 if failed is not None:

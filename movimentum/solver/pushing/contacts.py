@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray, first_of
-from movimentum.outlines.touching import KINDS, KNOBS, Pose, Touch, circles, measured, near
+from movimentum.outlines.touching import KINDS, KNOBS, Touch
 from movimentum.planning.blocks.kinds import Pushing
-from movimentum.planning.blocks.push_rows import GapRow, SkinBody
+from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
-from movimentum.solver.block.problem import BlockProblem, Values
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.pushing.bodies import Bodies, Pairs
 
 VALUE, RATE = -1, -2
 """The ``gap`` of a contact that is none of outlines: a value, or a rate, ``kind`` being its inequality."""
-
-
 AT_A_TIP = 4.0
 """Of how near is touching: what touches so near a tip touches there."""
+KEPT = 16
+"""So many groups of contacts are kept as arrays."""
+TIPS = KINDS.index((KNOBS, KNOBS))
 
 
 class PartPair(NamedTuple):
-    """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both skins, as
-    ``kind`` says (see `outlines.touching`).
+    """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both outlines, as
+    ``kind`` says (see `outlines.touching`), by their places among all parts of that kind.
     """
 
     gap: int
@@ -36,8 +37,8 @@ class PartPair(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """k contacts at an instant: their ``values`` (k,), the derivatives by the core (k, n), and by what is known (k, q).
-    ``along`` and ``fan``: see `Touch`.
+    """k contacts at F instants: their ``values`` (F, k), the derivatives by the core (F, k, n), and by what is known
+    (F, k, q). ``along`` and ``fan`` (F, k): see `Touch`.
     """
 
     values: FloatArray
@@ -46,6 +47,14 @@ class Lines:
     along: FloatArray
     fan: FloatArray
 
+    def some(self, which: IntArray) -> Lines:
+        """Some of those of one instant."""
+        return Lines(*(each[which] for each in (self.values, self.slopes, self.known, self.along, self.fan)))
+
+    def first(self) -> Lines:
+        """The first instant: (k,), (k, n), (k, q)."""
+        return Lines(self.values[0], self.slopes[0], self.known[0], self.along[0], self.fan[0])
+
 
 class Contacts:
     """The inequalities of one block."""
@@ -53,15 +62,19 @@ class Contacts:
     def __init__(self, block: Pushing) -> None:
         self.block = block
         self.rows = block.pushes
+        self.bodies = Bodies(self.rows.gaps, block.core)
         self.place = {n: j for j, n in enumerate(block.core)}
-        numbers = {
-            n for gap in self.rows.gaps for body in (gap.first, gap.second) for n in body.numbers if n is not None
-        }
-        self.known = tuple(sorted(numbers - self.place.keys()))
-        self._known_place = {n: k for k, n in enumerate(self.known)}
+        self.known = tuple(sorted({number for _, _, number in self.bodies.known}))
+        known = {n: len(block.core) + k for k, n in enumerate(self.known)}
         about = {gap.push for gap in self.rows.gaps}
         self.plain = tuple(PartPair(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
         self.rates = tuple(PartPair(RATE, k) for k in sorted(self.rows.rates))
+        self._columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
+        part, body, column = self.bodies.core
+        self._columns[part, body] = column
+        for k, b, number in self.bodies.known:
+            self._columns[k, b] = known[number]
+        self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
 
     def push(self, contact: PartPair) -> int:
         """The place of its inequality."""
@@ -71,9 +84,10 @@ class Contacts:
 
     def values(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(F, K) of the K inequalities; of one about outlines what is added to a distance."""
-        found = np.empty((len(x), self.rows.count))
-        for k, value in enumerate(self.rows.values(problem.values(x), problem.clocks)):
-            found[:, k] = value
+        found = np.repeat(self.rows.fixed[None], len(x), axis=0)
+        if self.rows.varying:
+            for k, value in zip(self.rows.varying, self.rows.values(problem.values(x), problem.clocks), strict=True):
+                found[:, k] = value
         return found
 
     def slopes(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
@@ -86,129 +100,69 @@ class Contacts:
 
     def wanted(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(K,) how fast they must grow at least, at the first instant."""
+        if not self.rows.rates:
+            return np.zeros(self.rows.count)
         return np.array([first_of(v) for v in self.rows.wanted(problem.values(x[:1]), problem.clocks)])
 
     def of_known(self, problem: BlockProblem, count: int) -> FloatArray:
         """(F, q) what is known of the poses of outlines."""
-        return (
-            np.stack([np.broadcast_to(problem.inputs[n], count) for n in self.known], axis=1)
-            if self.known
-            else (np.zeros((count, 0)))
-        )
+        found = np.empty((count, len(self.known)))
+        for k, n in enumerate(self.known):
+            found[:, k] = problem.inputs[n]
+        return found
 
     def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
-        """Contacts at one instant, for core values (1, n)."""
-        count, n = len(contacts), x.shape[1]
-        values, slopes = self.values(problem, x)[0], self.slopes(problem, x)[0]
-        found = Lines(
-            np.zeros(count),
-            np.zeros((count, n)),
-            np.zeros((count, len(self.known))),
-            np.full(count, np.inf),
-            np.full(count, np.inf),
-        )
-        there = problem.values(x)
-        grouped: dict[tuple[int, int], list[int]] = {}
-        for k, contact in enumerate(contacts):
-            push = self.push(contact)
-            found.values[k], found.slopes[k] = values[push], slopes[push]
-            if contact.gap >= 0:
-                grouped.setdefault((contact.gap, contact.kind), []).append(k)
-        for (g, kind), places in grouped.items():
-            gap = self.rows.gaps[g]
-            one, other = self.pose(gap.first, there), self.pose(gap.second, there)
-            i, j = (np.array([getattr(contacts[k], name) for k in places], dtype=np.int64) for name in "ij")
-            touch = measured(kind, gap.first.skin, one, gap.second.skin, other, i, j)
-            found.values[places] += touch.value
-            found.along[places], found.fan[places] = touch.along, touch.fan
-            for body, pose, sign in ((gap.first, one, 1.0), (gap.second, other, -1.0)):
-                c, s = pose[2:]
-                px, py = touch.point[:, 0] - pose[0], touch.point[:, 1] - pose[1]
-                dx, dy = c * px + s * py, c * py - s * px
-                nx, ny = sign * touch.normal[:, 0], sign * touch.normal[:, 1]
-                size = c * c + s * s
-                for number, slope in zip(
-                    body.numbers, (nx, ny, (nx * dx + ny * dy) / size, (ny * dx - nx * dy) / size), strict=True
+        """Contacts at F instants, for core values (F, n)."""
+        chosen = self.chosen(tuple(contacts))
+        count, n, size = len(x), x.shape[1], len(contacts)
+        values, slopes = self.values(problem, x)[:, chosen.push], np.zeros((count, size, n + len(self.known)))
+        if self.rows.entries:
+            slopes[:, :, :n] = self.slopes(problem, x)[:, chosen.push]
+        along, fan = np.full((count, size), np.inf), np.full((count, size), np.inf)
+        if len(chosen.places):
+            poses = self.bodies.poses(problem.inputs, x)
+            touch = self.bodies.touch(chosen.pairs, poses)
+            values[:, chosen.places] += touch.value
+            along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
+            for side, (bodies, columns) in enumerate(chosen.sides):
+                px, py, c, s = poses[:, :, bodies]
+                px, py = touch.point[..., 0] - px, touch.point[..., 1] - py
+                square = c * c + s * s
+                dx, dy = (c * px + s * py) / square, (c * py - s * px) / square
+                normal = touch.normal if side == 0 else -touch.normal
+                nx, ny = normal[..., 0], normal[..., 1]
+                for (some, places, column), slope in zip(
+                    columns, (nx, ny, nx * dx + ny * dy, ny * dx - nx * dy), strict=True
                 ):
-                    if number is None:
-                        continue
-                    if number in self.place:
-                        found.slopes[places, self.place[number]] += slope
-                    else:
-                        found.known[places, self._known_place[number]] += slope
+                    if len(some):
+                        slopes[:, places, column] += slope[:, some]
+        return Lines(values, slopes[:, :, :n], slopes[:, :, n:], along, fan)
+
+    def chosen(self, contacts: tuple[PartPair, ...]) -> _Chosen:
+        """Contacts as arrays."""
+        found = self._chosen.get(contacts)
+        if found is None:
+            if len(self._chosen) >= KEPT:
+                del self._chosen[next(iter(self._chosen))]
+            found = self._chosen[contacts] = self._new_chosen(contacts)
         return found
 
-    def held(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The values (F, k) and slopes (F, k, n) of contacts at F instants."""
-        count = len(x)
-        every, all_slopes = self.values(problem, x), self.slopes(problem, x)
-        pushes = [self.push(contact) for contact in contacts]
-        values, slopes = every[:, pushes].copy(), all_slopes[:, pushes].copy()
-        there = problem.values(x)
-        for k, contact in enumerate(contacts):
-            if contact.gap < 0:
-                continue
-            gap = self.rows.gaps[contact.gap]
-            poses = [
-                tuple(np.broadcast_to(part, count) for part in self.pose(body, there))
-                for body in (gap.first, gap.second)
-            ]
-            i, j = (np.full(count, part, dtype=np.int64) for part in (contact.i, contact.j))
-            touch = measured(contact.kind, gap.first.skin, poses[0], gap.second.skin, poses[1], i, j)
-            values[:, k] += touch.value
-            for body, pose, sign in ((gap.first, poses[0], 1.0), (gap.second, poses[1], -1.0)):
-                c, s = pose[2:]
-                px, py = touch.point[:, 0] - pose[0], touch.point[:, 1] - pose[1]
-                size = c * c + s * s
-                dx, dy = (c * px + s * py) / size, (c * py - s * px) / size
-                nx, ny = sign * touch.normal[:, 0], sign * touch.normal[:, 1]
-                for number, slope in zip(body.numbers, (nx, ny, nx * dx + ny * dy, ny * dx - nx * dy), strict=True):
-                    if number is not None and number in self.place:
-                        slopes[:, k, self.place[number]] += slope
-        return values, slopes
-
-    def pose(self, body: SkinBody, there: Values) -> Pose:
-        """Where a side of a gap is."""
-        return tuple(
-            value if number is None else np.squeeze(there[number])[()] if np.size(there[number]) == 1 else there[number]
-            for number, value in zip(body.numbers, body.still, strict=True)
-        )
-
-    def poses(self, body: SkinBody, there: Values, count: int) -> list[tuple[float, ...]]:
-        """Where a side of a gap is at ``count`` instants."""
-        parts = [
-            value if number is None else there[number] for number, value in zip(body.numbers, body.still, strict=True)
-        ]
-        return list(zip(*(np.broadcast_to(part, count).tolist() for part in parts), strict=True))
+    def _new_chosen(self, contacts: tuple[PartPair, ...]) -> _Chosen:
+        table = np.array(contacts, dtype=np.int64).reshape(-1, 4)
+        outlines = np.nonzero(table[:, 0] >= 0)[0]
+        places = outlines[np.argsort(table[outlines, 1], kind="stable")]
+        pairs = Pairs(*table[places].T)
+        push = table[:, 1].copy()
+        push[places] = self.bodies.push[pairs.gap]
+        sides: list[_Side] = []
+        for bodies in (self.bodies.first[pairs.gap], self.bodies.second[pairs.gap]):
+            columns = self._columns[:, bodies]
+            some = [np.nonzero(each >= 0)[0] for each in columns]
+            own = tuple((each, places[each], column[each]) for each, column in zip(some, columns, strict=True))
+            sides.append((bodies, own))
+        return _Chosen(push, places, pairs, tuple(sides))
 
     # --- outlines
-
-    @cached_property
-    def circles(self) -> tuple[tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]], ...]:
-        """For each gap, circles about the parts of both skins, kind by kind."""
-        return tuple(
-            (
-                tuple(circles(gap.first.skin, part) for part in range(4)),
-                tuple(circles(gap.second.skin, part) for part in range(4)),
-            )
-            for gap in self.rows.gaps
-        )
-
-    @cached_property
-    def around(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """For each gap, a circle (x, y, radius) about each skin, in its frame."""
-        return tuple((_around(one), _around(other)) for one, other in self.circles)
-
-    def near(self, g: int, one: Pose, other: Pose, within: float) -> list[tuple[int, IntArray, IntArray]]:
-        """The parts of a gap that are no farther apart than that, roughly: kind by kind."""
-        here, there = self.circles[g]
-        found: list[tuple[int, IntArray, IntArray]] = []
-        for kind, (first, second) in enumerate(KINDS):
-            if len(here[first]) and len(there[second]):
-                i, j = near(here[first], one, there[second], other, within)
-                if len(i):
-                    found.append((kind, i, j))
-        return found
 
     def touching(
         self, problem: BlockProblem, x: FloatArray, within: float
@@ -216,35 +170,52 @@ class Contacts:
         """What touches at one instant (core values (1, n)): no farther apart than ``within``, and not deeper. And what
         of it touches where the tip of one outline is on a tip of the other: there only one of them may hold.
         """
-        values, there = self.values(problem, x)[0], problem.values(x)
+        values = self.values(problem, x)[0]
         found = [contact for contact in self.plain if values[contact.kind] <= within]
         tips: list[frozenset[PartPair]] = []
-        for g, gap in enumerate(self.rows.gaps):
-            one, other = self.pose(gap.first, there), self.pose(gap.second, there)
-            margin = float(values[gap.push])
-            pairs: list[PartPair] = []
-            places, ends = [np.zeros((0, 2))], [np.zeros((0, 2))]
-            for kind, i, j in self.near(g, one, other, 2.0 * within - margin):
-                touch = measured(kind, gap.first.skin, one, gap.second.skin, other, i, j)
-                close = (np.abs(touch.value + margin) <= within) & touch.there(within)
-                if KINDS[kind] == (KNOBS, KNOBS):
-                    sharp = self.sharp(g, margin, i, j)
-                    ends.append(touch.point[sharp & (np.abs(touch.value) <= within)])
-                    close &= ~sharp
-                pairs += [PartPair(g, kind, int(i[k]), int(j[k])) for k in np.nonzero(close)[0]]
-                places.append(_met(kind, gap, touch, i, j)[close])
-            found += pairs
-            every = np.concatenate(places)
-            for place in np.concatenate(ends):
-                some = np.nonzero(np.hypot(*(every - place).T) <= AT_A_TIP * within)[0].tolist()
-                if len(some) > 1:
-                    tips.append(frozenset(pairs[k] for k in some))
+        if self.rows.gaps:
+            poses = self.bodies.poses(problem.inputs, x)
+            margins = values[self.bodies.push]
+            pairs = self.bodies.near(poses[:, 0], 2.0 * within - margins)
+            touch = self.bodies.touch(pairs, poses).first()
+            close = (np.abs(touch.value + margins[pairs.gap]) <= within) & touch.there(within)
+            sharp = self.sharp(pairs, margins[pairs.gap])
+            ends = touch.point[sharp & (np.abs(touch.value) <= within)]
+            of_ends = pairs.gap[sharp & (np.abs(touch.value) <= within)]
+            some = np.nonzero(close & ~sharp)[0]
+            some = some[np.argsort(pairs.gap[some], kind="stable")]
+            touching = pairs.some(some)
+            contacts = [PartPair(*row) for row in np.stack(touching, 1).tolist()]
+            found += contacts
+            met = self._met(touching, touch, some)
+            for place, gap in zip(ends, of_ends, strict=True):
+                there = (touching.gap == gap) & (np.hypot(*(met - place).T) <= AT_A_TIP * within)
+                if np.count_nonzero(there) > 1:
+                    tips.append(frozenset(contacts[k] for k in np.nonzero(there)[0].tolist()))
         return [*found, *self.rates], tips
 
-    def sharp(self, g: int, margin: float, i: IntArray, j: IntArray) -> BoolArray:
-        """(M,) which pairs of knobs are points that may meet: tips do not hold each other, but parts beside them."""
-        gap = self.rows.gaps[g]
-        return gap.first.skin.knobs[i, 2] + gap.second.skin.knobs[j, 2] - margin <= 0.0
+    def sharp(self, pairs: Pairs, margins: FloatArray) -> BoolArray:
+        """(M,) which pairs are of points that may meet (with margins (M,)): tips do not hold each other, but parts
+        beside them.
+        """
+        found = pairs.kind == TIPS
+        knobs = self.bodies.skin.knobs[:, 2]
+        found[found] = knobs[pairs.i[found]] + knobs[pairs.j[found]] - margins[found] <= 0.0
+        return found
+
+    def _met(self, pairs: Pairs, touch: Touch, some: IntArray) -> FloatArray:
+        """(M, 2) where parts touch, ``some`` of the places: beside the middle of a knob."""
+        found = touch.point[some].copy()
+        first, second = np.array(KINDS)[pairs.kind].T
+        knobs = self.bodies.skin.knobs[:, 2:3]
+        one, other = first == KNOBS, (first != KNOBS) & (second == KNOBS)
+        found[one] -= touch.normal[some][one] * knobs[pairs.i[one]]
+        found[other] += touch.normal[some][other] * knobs[pairs.j[other]]
+        return found
+
+    def pair(self, contact: PartPair) -> tuple[int, tuple[int, int] | None]:
+        """Whose contact it is: the number of the constraint, and the things."""
+        return self.rows.numbers[self.push(contact)], self.things(contact)
 
     def things(self, contact: PartPair) -> tuple[int, int] | None:
         """The things of a contact of outlines."""
@@ -254,18 +225,17 @@ class Contacts:
         return gap.first.thing, gap.second.thing
 
 
-def _met(kind: int, gap: GapRow, touch: Touch, i: IntArray, j: IntArray) -> FloatArray:
-    """(M, 2) where parts touch: beside the middle of a knob."""
-    first, second = KINDS[kind]
-    if first == KNOBS:
-        return touch.point - touch.normal * gap.first.skin.knobs[i, 2:3]
-    return touch.point + touch.normal * gap.second.skin.knobs[j, 2:3] if second == KNOBS else touch.point
+_Side = tuple[IntArray, tuple[tuple[IntArray, IntArray, IntArray], ...]]
 
 
-def _around(parts: Sequence[FloatArray]) -> FloatArray:
-    every = np.concatenate(parts)
-    low = (every[:, :2] - every[:, 2:]).min(axis=0)
-    high = (every[:, :2] + every[:, 2:]).max(axis=0)
-    middle = 0.5 * (low + high)
-    radius = float(np.max(np.hypot(*(every[:, :2] - middle).T) + every[:, 2]))
-    return np.array([*middle, radius])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Chosen:
+    """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
+    these ``pairs``. ``sides``: of each side the bodies (M,), and for each part of their poses which of the M have an
+    unknown there, their places among the contacts, and its column.
+    """
+
+    push: IntArray
+    places: IntArray
+    pairs: Pairs
+    sides: tuple[_Side, ...]

@@ -8,12 +8,14 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Pushing
+from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
 from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
@@ -21,6 +23,8 @@ from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_
 
 KEPT = 8
 """Instants whose problems are kept."""
+NODES = 3
+"""So many a step goes over at most."""
 WHOLE = 360.0
 """Degrees: as a length is to the scene's size, an angle is to a whole turn."""
 
@@ -34,14 +38,22 @@ class PushCourse:
         self.differences = FreeVelocity(block, plan, probe, nodes)
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size
+        self.barely = -0.25 * self.closed  # one that closes is looked for at twice as much (`PhaseStep`)
+        self.turning = turning_of(block, plan)
         self.units = block.metric.whitening[1]
         self._frames: dict[bytes, tuple[FloatArray, FloatArray]] = {}
         self.rest = PUSH_RESTS_FOR_LONG * plan.size / max(float(nodes[-1] - nodes[0]), LEAST_DIVISOR)
         self.wide = FOLLOWING * field_of(plan.system.scene)
         spaces = max(min(len(nodes), MOST_NODES) - 1, 1)
+        self.nodes = nodes
         self.spacing = max(float(nodes[-1] - nodes[0]) / spaces, LEAST_DIVISOR)
         self._problems: dict[float, BlockProblem] = {}
         self._last: list[tuple[float, bytes, bool, tuple[PartPair, ...], Instant, Lines]] = []
+
+    def ahead(self, tau: float) -> float:
+        """How far a step may go at most: little turns between two nodes."""
+        place = int(np.searchsorted(self.nodes, tau, side="right")) + NODES - 1
+        return max(float(self.nodes[min(place, len(self.nodes) - 1)]) - tau, self.spacing)
 
     # --- an instant
 
@@ -69,7 +81,9 @@ class PushCourse:
         def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
             count = len(repeated)
             values = problem.completed(repeated) if coupled else {}
-            others = [np.broadcast_to(values[n], count)[:, None] for n in coupled]
+            others = np.empty((count, len(coupled)))
+            for k, n in enumerate(coupled):
+                others[:, k] = values[n]
             drawn = np.empty((count, pulls.count))
             if pulls.count:
                 for k, value in enumerate(pulls.values(problem.values(repeated), problem.clocks)):
@@ -77,7 +91,7 @@ class PushCourse:
             pushes = self.contacts.values(problem, repeated)
             known = self.contacts.of_known(problem, count)
             return np.concatenate(
-                [problem.residual(repeated), *others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
+                [problem.residual(repeated), others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
             )
 
         changes, problem = self.differences.changes(tau, x, read, after)
@@ -85,7 +99,7 @@ class PushCourse:
         cuts = np.cumsum([rows, len(coupled), wished, pulls.count, self.contacts.rows.count])
         want, speeds, drift_, drawn, pushed, known = np.split(changes, cuts)
         one = x[None]
-        lines = self.contacts.lines(contacts, problem, one)
+        lines = self.contacts.lines(contacts, problem, one).first()
         least = -(lines.known @ known)
         wanted = self.contacts.wanted(problem, one)
         for k, contact in enumerate(contacts):
@@ -171,8 +185,9 @@ class PushCourse:
         white, back = frame
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
+        first = np.inf  # the error where the slopes are from
         for _ in range(14):
-            lines = self.contacts.lines(some, problem, x[None])
+            lines = self.contacts.lines(some, problem, x[None]).first()
             residual = np.concatenate([problem.residual(x[None])[0], lines.values - wanted])
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
             wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))
@@ -189,8 +204,21 @@ class PushCourse:
                 break
             if error > PUSH_NEARLY or inverse is None:
                 _, free, inverse = null_space(wide[0])
+                first = error
             x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
+            if first > error and first * error <= PUSH_RESTORED:  # what is left is their product, about
+                return x, True, Leeway(white, back, free)
         return found, best <= RESTORED, Leeway(white, back, free)
+
+
+def turning_of(block: Pushing, plan: Plan) -> Turning:
+    """Which unknowns of a block are the cosine and the sine of one thing's direction."""
+    place = {plan.system.unknowns[n].payload: j for j, n in enumerate(block.core)}
+    cosines = [p for p in place if isinstance(p, PoseCos) and PoseSin(p.thing) in place]
+    return Turning(
+        np.array([place[p] for p in cosines], dtype=np.intp),
+        np.array([place[PoseSin(p.thing)] for p in cosines], dtype=np.intp),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,15 +9,15 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
-from movimentum.solver.pushing.contacts import RATE, PartPair
+from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
 from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_EVENT, PUSH_LOOK
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_BEGUN, PUSH_EVENT, PUSH_LOOK
 
 FIRST_STEP = 0.25
-"""Of the time between two nodes."""
+"""Of the longest one."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
 one's size:
@@ -36,10 +35,12 @@ class Seen:
     jammed: tuple[PartPair, ...] = ()
 
 
+Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
+"""The contacts that open, and those that jam."""
+
+
 class Going:
     """The motion of a phase: `Integrable` and `Watch`."""
-
-    first = FIRST_STEP
 
     def __init__(
         self,
@@ -54,6 +55,7 @@ class Going:
         see `PhaseStep`.
         """
         self.course, self.tau, self.passed = course, tau, passed
+        self.turning, self.first = course.turning, FIRST_STEP * course.ahead(tau)
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
@@ -85,46 +87,30 @@ class Going:
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """See `Watch`: outlines that are near move and turn only so much."""
-        found = np.inf
-        contacts = self.course.contacts
-        if not contacts.rows.gaps:
-            return found
-        now = self._poses(tau, x)
+        bodies, most = self.course.contacts.bodies, self.course.ahead(tau)
+        if not bodies.sides:
+            return most
         ahead = PUSH_LOOK * self.course.spacing
-        later = self._poses(tau + ahead, x + ahead * rate)
-        for g, gap in enumerate(contacts.rows.gaps):
-            speeds: list[float] = []
-            turns: list[float] = []
-            middles: list[tuple[float, float, float]] = []
-            for side, (a, b) in enumerate(zip(now[g], later[g], strict=True)):
-                mx, my, radius = contacts.around[g][side]
-                places = [(float(p[0] + p[2] * mx - p[3] * my), float(p[1] + p[3] * mx + p[2] * my)) for p in (a, b)]
-                turn = abs(float(a[2] * b[3] - a[3] * b[2])) / ahead
-                speeds.append(math.dist(*places) / ahead)
-                turns.append(turn)
-                middles.append((*places[0], radius))
-            (ax, ay, ar), (bx, by, br) = middles
-            apart = float(np.hypot(ax - bx, ay - by)) - ar - br
-            fast = max(sum(speeds), LEAST_DIVISOR)
-            near = TURN / max(*turns, LEAST_DIVISOR)
-            if gap.first.skin.bends or gap.second.skin.bends:
-                near = min(near, WAY * min((size for size in (ar, br) if size > 0.0), default=ar) / fast)
-            found = min(found, max(apart, 0.0) / fast + near)
-        return float(found)
+        now, later = self._poses(tau, x), self._poses(tau + ahead, x + ahead * rate)
+        (x0, y0), (x1, y1) = bodies.middles(now), bodies.middles(later)
+        speeds, turns = np.hypot(x1 - x0, y1 - y0) / ahead, np.abs(now[2] * later[3] - now[3] * later[2]) / ahead
+        a, b = bodies.first, bodies.second
+        fast = np.maximum(speeds[a] + speeds[b], LEAST_DIVISOR)
+        near = TURN / np.maximum(np.maximum(turns[a], turns[b]), LEAST_DIVISOR)
+        one, other = bodies.around[a, 2], bodies.around[b, 2]
+        smaller = np.where(np.minimum(one, other) > 0.0, np.minimum(one, other), np.maximum(one, other))
+        near = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(near, WAY * smaller / fast), near)
+        return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
 
-    def _poses(self, tau: float, x: FloatArray) -> list[tuple[Sequence[float], Sequence[float]]]:
-        there = self.course.at(tau).values(x[None])
-        contacts = self.course.contacts
-        return [
-            (contacts.pose(gap.first, there), contacts.pose(gap.second, there))  # type: ignore[misc]
-            for gap in contacts.rows.gaps
-        ]
+    def _poses(self, tau: float, x: FloatArray) -> FloatArray:
+        """(4, B) where outlines are."""
+        return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
     def seen(
         self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end)
+        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end, self._lines(*end[:2]))
         closes, leaves = step.closes(), step.leaves()
         if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
             closes = None
@@ -134,8 +120,7 @@ class Going:
         last = end[1] if first == end[0] else step.at(first)
         opened = self._opens(first, last)
         if opened is not None:
-            first, last = self._first_opening(step, first)
-            opened = self._opens(first, last) or opened
+            first, last, opened = self._first_opening(step, first, opened)
         if opened is None and closes is None and leaves is None:
             self._forget(*end[:2])
             return None
@@ -145,12 +130,15 @@ class Going:
         self.event = Seen(first, left, gone, jammed)
         return first, last, self.velocity(first, last)
 
-    def _opens(self, tau: float, x: FloatArray) -> tuple[frozenset[PartPair], tuple[PartPair, ...]] | None:
+    def _opens(self, tau: float, x: FloatArray) -> Opened | None:
         """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
         hold too, there is none of both.)
         """
-        now = self._now(tau, x)
+        now = self._now(tau, x, self.course.closed)
         found = moved(now, self.which)
+        if found.v is None:  # what is closed but for a rounding jams only if it comes to be closed
+            now = self._now(tau, x, self.course.barely)
+            found = moved(now, self.which)
         if found.v is None:
             return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
@@ -160,32 +148,33 @@ class Going:
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), ()
 
+    def _lines(self, tau: float, x: FloatArray) -> Lines:
+        """What holds, at core values ``x`` (n,) whose velocity has been asked for."""
+        return self.course.seen(tau, x, self.touching, False)[1].some(self.which)
+
     def _forget(self, tau: float, x: FloatArray) -> None:
         """Leave out what has opened since the phase began: it has to close before it holds."""
         if not self.loose:
             return
-        values = self.course.contacts.lines(self.touching, self.course.at(tau), x[None]).values
+        values = self.course.seen(tau, x, self.touching, False)[1].values
         loose = set(self.loose)
         near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
         self.loose = tuple(contact for contact in near if contact in loose)
         self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
 
-    def _now(self, tau: float, x: FloatArray) -> Instant:
-        """The instant, without contacts that have opened since the phase began."""
+    def _now(self, tau: float, x: FloatArray, closed: float) -> Instant:
+        """The instant, without contacts that have opened since the phase began: by more than ``closed``."""
         now, lines = self.course.seen(tau, x, self.touching, False)
-        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > self.course.closed]
-        if not gone:
-            return now
-        least, rows = now.least.copy(), now.pushes.copy()
-        rows[gone] = 0.0
-        least[gone] = 0.0
-        return Instant(now.metric, now.rows, now.want, now.pull, now.levels, rows, least, now.rest)
+        gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > closed]
+        return now.without(gone) if gone else now
 
-    def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, FloatArray]:
-        """The time from which on something that holds opens, or nothing may move, and the core values there.
+    def _first_opening(self, step: PhaseStep, until: float, opened: Opened) -> tuple[float, FloatArray, Opened]:
+        """The time from which on something that holds opens, or nothing may move, the core values there, and what does
+        so; ``opened``: what does ``until``.
 
         Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
-        for on both sides of what is seen.
+        for on both sides of what is seen. What is seen is more than rounding, so in the end it has begun a little
+        before.
         """
         good, bad = step.t0, until
         seen = [(until, self._opening(step, until))]
@@ -198,17 +187,22 @@ class Going:
                 (first, small), (second, large) = seen[-1], seen[-2]
                 begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
                 aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
-                begin = begin - aside if before else begin + aside
-                tau = begin if good < begin < bad else tau
-            opens = self._opens(tau, step.at(tau)) is not None
-            before = opens
-            if opens:
-                bad = tau
+                aim = begin - aside if before else begin + aside
+                tau = aim if good < aim < bad else tau
+            found = self._opens(tau, step.at(tau))
+            before = found is not None
+            if found is not None:
+                bad, opened = tau, found
                 seen.append((tau, self._opening(step, tau)))
             else:
                 good = tau
-        return bad, step.at(bad)
+        first, small = seen[-1]
+        second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
+        if 0.0 < small < large:
+            begin = first - small * (second - first) / (large - small)
+            bad = begin if step.t0 <= begin and bad - begin <= PUSH_BEGUN * step.h else bad
+        return bad, step.at(bad), opened
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
-        found = moved(self._now(tau, step.at(tau)), self.which)
+        found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
         return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))

@@ -12,7 +12,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
-from movimentum.records import dataclass
+from movimentum.records import dataclass, field
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, non_negative, numbered, shortest
 from movimentum.tolerances import (
@@ -51,6 +51,22 @@ class Instant:
     least: FloatArray
     rest: float = 0.0
     """How fast a value may change that stands still, by rounding."""
+    asked: dict[bytes, Whitened] = field(default_factory=dict)
+
+    def without(self, gone: Sequence[int]) -> Instant:
+        """The same without some of the inequalities, which keep their numbers."""
+        least, rows = self.least.copy(), self.pushes.copy()
+        rows[gone] = 0.0
+        least[gone] = 0.0
+        return Instant(self.metric, self.rows, self.want, self.pull, self.levels, rows, least, self.rest)
+
+    def whitened(self, which: Rows) -> Whitened:
+        """With the inequalities ``which`` kept as equations; made once."""
+        key = which.tobytes()
+        found = self.asked.get(key)
+        if found is None:
+            found = self.asked[key] = Whitened(self, which)
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +92,13 @@ class Whitened:
         want = np.concatenate([now.want, now.least[held]])
         wide, lengths = scaled((rows @ self.white)[None], np.ones(len(self.scale)))
         self.finite = bool(np.isfinite(wide).all() and np.isfinite(want).all())
-        _, self.free, self.inverse = null_space(wide[0])
-        y = self.inverse @ (np.nan_to_num(want) / lengths[0])
+        rank, self.free, self.inverse = null_space(wide[0])
+        wanted = np.nan_to_num(want) / lengths[0]
+        y = self.inverse @ wanted
+        self.agrees = True
+        if rank < len(rows):  # rows that depend on each other may contradict each other
+            off = float(np.max(np.abs(wide[0] @ y - wanted)))
+            self.agrees = off <= max(PUSH_MOVES * float(np.max(np.abs(wanted))), now.rest)
         self.still = np.zeros_like(y) if now.pull is None else self.white.T @ now.pull
         self.least = y - self.free @ (self.free.T @ self.still)
         self.pushes = now.pushes @ self.white
@@ -185,7 +206,8 @@ class Whitened:
         size = float(np.linalg.norm(borne))
         if size <= PUSH_HOLDS * float(np.linalg.norm(gradient)):
             return which[:0]
-        opening: FloatArray = unit @ (unit.T @ non_negative(unit.T, borne / size) - borne / size)
+        every = np.arange(len(unit))
+        opening: FloatArray = unit @ (unit.T @ non_negative(unit.T, borne / size, every) - borne / size)
         return which[some][opening > PUSH_HOLDS]
 
     def _open(self, free: FloatArray) -> Rows:
@@ -214,7 +236,7 @@ def _indifferent(along: FloatArray, slopes: FloatArray) -> FloatArray:
 
 def held(now: Instant, which: Rows) -> FloatArray:
     """The velocity (n,) with the inequalities ``which`` kept as equations, and no others."""
-    linear = Whitened(now, which)
+    linear = now.whitened(which)
     if not linear.finite:
         return np.full(len(linear.scale), np.nan)
     return without_rounding(linear.white @ linear.followed(), linear.scale)
@@ -229,7 +251,7 @@ def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
 def moved(now: Instant, guess: Rows | None = None) -> Moved:
     """The velocity that all inequalities allow; ``guess``: which of them may hold it."""
     none = np.zeros(0, dtype=np.intp)
-    free = Whitened(now, none)
+    free = now.whitened(none)
     if not free.finite:
         nowhere = np.full(len(now.least), np.nan)
         return Moved(np.full(len(free.scale), np.nan), nowhere, none, nowhere)
@@ -245,7 +267,9 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         seen: set[tuple[int, ...]] = set()
         while tuple(numbered(which)) not in seen:
             seen.add(tuple(numbered(which)))
-            y = (Whitened(now, which) if len(which) else free).followed()
+            if not now.whitened(which).agrees:
+                return None
+            y = now.whitened(which).followed()
             found = judged(y, which)
             low = found.opening < -found.tolerance
             if low[which].any():

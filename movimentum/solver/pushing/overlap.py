@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -38,23 +38,19 @@ class Overlapping:
     free: tuple[float, float] | None
 
 
-def overlapping(
-    contacts: Contacts, there: Mapping[int, FloatArray], margins: FloatArray, least: float
-) -> list[Overlapping]:
-    """The gaps of a block that are deeper than ``least`` at one instant: ``there`` are the values by number,
+def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float) -> list[Overlapping]:
+    """The gaps of a block that are deeper than ``least`` at one instant: ``poses`` (4, B) of its outlines,
     ``margins`` (K,) those of the inequalities.
     """
     found: list[Overlapping] = []
-    for g, gap in enumerate(contacts.rows.gaps):
-        one, other = (contacts.pose(body, there) for body in (gap.first, gap.second))
-        (ax, ay, ar), (bx, by, br) = contacts.around[g]
-        a = one[0] + one[2] * ax - one[3] * ay, one[1] + one[3] * ax + one[2] * ay
-        b = other[0] + other[2] * bx - other[3] * by, other[1] + other[3] * bx + other[2] * by
+    if not contacts.rows.gaps:
+        return found
+    near = contacts.bodies.apart(poses) + margins[contacts.bodies.push] <= 0.0
+    for g in np.nonzero(near)[0].tolist():
+        gap, value = contacts.rows.gaps[g], WholeGap(contacts.rows.gaps[g])
         margin = float(margins[gap.push])
-        if math.dist((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))) + margin > ar + br:
-            continue
-        value = WholeGap(gap)
-        places = [value.placed(body, tuple(map(float, pose))) for body, pose in ((gap.first, one), (gap.second, other))]
+        sides = (gap.first, contacts.bodies.first[g]), (gap.second, contacts.bodies.second[g])
+        places = [value.placed(body, poses[:, b].tolist()) for body, b in sides]
         depth = -(value.at(*places) + margin)
         if depth <= least:
             continue

@@ -15,16 +15,19 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.going import Going
-from movimentum.solver.pushing.law import Instant, moved, stopped
+from movimentum.solver.pushing.law import Instant, moved, openings, stopped
 from movimentum.solver.pushing.overlap import overlapping
 from movimentum.solver.pushing.programs import numbered
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
-from movimentum.tolerances import FREE_MOTION_STEP, PUSH_AT_ONCE, PUSH_OVERLAP
+from movimentum.tolerances import FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_ALIKE, PUSH_AT_ONCE, PUSH_OVERLAP
 
 MOST_EVENTS = 20_000
+MERGED = 3
+"""So many phases in a row that lead nowhere are one event."""
 AT_ONCE = 60
 """So many phases in a row that lead nowhere: contacts that accumulate."""
 
@@ -43,7 +46,7 @@ def gone_on(
     parts: list[NodeTrack] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands = 0
+    stands, again = 0, frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     before: tuple[PartPair, ...] = ()
@@ -51,8 +54,9 @@ def gone_on(
     contacts = course.contacts
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
-        passed = _passed(course, tau, x, tips, before, left)
-        going, blocked = _begun(course, tau, x, touching, passed, opened)
+        passed, undecided = _passed(course, tau, x, tips, before, left)
+        events += [Event(tau, Happening.UNDECIDED, *pair) for pair in dict.fromkeys(map(contacts.pair, undecided))]
+        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
@@ -65,7 +69,7 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.concatenate([[tau], nodes[nodes > tau]])
+        grid = np.array([tau, float(nodes[-1])])
         part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
         parts.append(part)
         phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
@@ -78,16 +82,19 @@ def gone_on(
         stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
         tau, x = event.tau, part.values[-1]
         left, opened = event.left, event.opened
+        again = (again if stands else frozenset[PartPair]()) | opened
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
         touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
         touching = list(dict.fromkeys([*touching, *going.held]))
+        if stands >= MERGED:  # what opens whenever it begins has opened
+            touching = [contact for contact in touching if contact not in again]
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
-    told = tuple((contacts.rows.numbers[contacts.push(c)], contacts.things(c)) for c in jammed)
+    told = tuple(map(contacts.pair, jammed))
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)), course.turning)
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
@@ -99,12 +106,12 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
     values = contacts.values(problem, x[None])[0]
     size = course.plan.size
     broken = [contact for contact in contacts.plain if not values[contact.kind] >= -PUSH_OVERLAP * size]
-    deep = overlapping(contacts, problem.values(x[None]), values, PUSH_OVERLAP * size)
+    deep = overlapping(contacts, contacts.bodies.poses(problem.inputs, x[None])[:, 0], values, PUSH_OVERLAP * size)
     if not broken and not deep:
         return None
     why = PushEnd.CONTRADICTION if broken else PushEnd.OVERLAP
     if broken:  # those that contradict each other
-        lines = contacts.lines(contacts.plain, problem, x[None])
+        lines = contacts.lines(contacts.plain, problem, x[None]).first()
         rows = problem.jacobian(x[None])[0]
         found = moved(Instant(course.block.metric, rows, np.zeros(len(rows)), None, (), lines.slopes, -lines.values))
         if found.v is None:
@@ -122,21 +129,32 @@ def _begun(
     touching: Sequence[PartPair],
     passed: frozenset[PartPair],
     opened: frozenset[PartPair],
+    before: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
     """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
-    have ``opened``; or what jams.
+    have ``opened``; or what jams. What has held ``before`` is the first guess.
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
-    found = moved(now)
+    guess = np.array([k for k, contact in enumerate(some) if contact in before - opened], dtype=np.intp)
+    found = moved(now, guess)
+    gone = [k for k, contact in enumerate(some) if contact in opened]
+    if found.v is not None and len(gone):  # where it begins to open, it hardly holds
+        loose = moved(now.without(gone), guess)
+        if loose.v is not None and (openings(now, loose.v)[gone] >= -2.0 * loose.tolerance[gone]).all():
+            found = loose
     if found.v is None:
+        values = course.contacts.lines(some, course.at(tau), x[None]).values[0]
+        apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
+        if apart:  # they are closed but for a rounding, and jam only if they come to be closed
+            rest = [contact for contact in touching if contact not in apart]
+            return _begun(course, tau, x, rest, passed, opened, before)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
-    which = [
-        k for k in numbered(stopped(found.holds, found.opening, found.tolerance)) if k in holds or some[k] not in opened
-    ]
+    stops = numbered(stopped(found.holds, found.opening, found.tolerance))
+    which = [k for k in stops if k in holds or some[k] not in opened]
     problem = course.at(tau)
-    values = course.contacts.lines([some[k] for k in which], problem, x[None]).values
+    values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
     wanted = course.contacts.wanted(problem, x[None])
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
@@ -156,18 +174,39 @@ def _passed(
     tips: Sequence[frozenset[PartPair]],
     before: Sequence[PartPair],
     left: frozenset[PartPair],
-) -> frozenset[PartPair]:
+) -> tuple[frozenset[PartPair], list[PartPair]]:
     """What touches and may not hold: it has ``left`` its parts; or it touches at a tip on a tip, where what has held
-    ``before`` goes on, or else what has the most of its parts left.
+    ``before`` goes on, or else what has to be turned aside the least: nothing, if something there is not closing. And
+    of the tips at which others, that push another way, would have to be turned aside no more, what holds.
     """
-    passed = set(left)
-    for tip in tips:
-        some = sorted(tip - left)
-        if len(some) > 1:
-            along = course.contacts.lines(some, course.at(tau), x[None]).along
-            best = max(range(len(some)), key=lambda k: (some[k] in before, along[k]))
-            passed.update(contact for contact in some if contact != some[best])
-    return frozenset(passed)
+    passed, open_ = set(left), []
+    held = set(before)
+    some = [sorted(tip - left) for tip in tips]
+    for tip in some:
+        if any(contact in held for contact in tip):
+            passed.update(contact for contact in tip if contact not in held)
+        elif len(tip) > 1:
+            open_.append(tip)
+    undecided: list[PartPair] = []
+    every = sorted({contact for tip in open_ for contact in tip})
+    if not every:
+        return frozenset(passed), undecided
+    now, lines = course.seen(tau, x, (*every, *(contact for contact in before if contact not in every)), True)
+    v = moved(now.without(range(len(every)))).v
+    opening = np.zeros(len(now.least)) if v is None else openings(now, v)
+    rows = np.concatenate([lines.slopes, lines.known], axis=1)
+    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), LEAST_DIVISOR)
+    place = {contact: k for k, contact in enumerate(every)}
+    tolerance = PUSH_ALIKE * float(np.max(np.abs(opening), initial=0.0))
+    for tip in open_:
+        best = max(tip, key=lambda contact: opening[place[contact]])
+        passed.update(contact for contact in tip if contact != best)
+        k, others = place[best], [place[contact] for contact in tip]
+        like = [m for m in others if opening[m] >= opening[k] - tolerance]
+        unlike = np.linalg.norm(rows[like] - rows[k], axis=1) > PUSH_ALIKE
+        if opening[k] < -tolerance and unlike.any():
+            undecided.append(best)
+    return frozenset(passed), undecided
 
 
 def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[PartPair], tau: float) -> list[Event]:
@@ -177,8 +216,7 @@ def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[Par
         found: dict[tuple[int, tuple[int, int] | None], set[PartPair]] = {}
         for contact in some:
             if contact.gap != RATE:
-                key = contacts.rows.numbers[contacts.push(contact)], contacts.things(contact)
-                found.setdefault(key, set()).add(contact)
+                found.setdefault(contacts.pair(contact), set()).add(contact)
         return found
 
     old, new = by_pair(before), by_pair(after)
@@ -197,6 +235,7 @@ def _joined(
     events: Sequence[Event],
     end: PushEnd,
     jammed: Sequence[tuple[int, tuple[int, int] | None]],
+    turning: Turning,
 ) -> PushTrack:
     kept = [part for part in parts if len(part.tau)]
     if not kept:
@@ -212,4 +251,5 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
+        turning=turning,
     )

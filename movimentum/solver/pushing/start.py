@@ -30,7 +30,7 @@ def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: flo
         some = list(dict.fromkeys([*contacts.plain, *(each for each in near if each.gap != RATE)]))
         if not some:
             break
-        lines = contacts.lines(some, problem, x[None])
+        lines = contacts.lines(some, problem, x[None]).first()
         residual = problem.residual(x[None])[0]
         if float(np.min(lines.values)) >= -closed and np.array_equal(x, origin):
             break

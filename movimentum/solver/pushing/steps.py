@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from movimentum.arrays import FloatArray, IntArray
-from movimentum.outlines.touching import KINDS, KNOBS, measured
-from movimentum.planning.blocks.push_rows import GapRow
-from movimentum.solver.pushing.contacts import PartPair
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.solver.pushing.contacts import TIPS, Lines, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_FAN, PUSH_ALIKE, PUSH_BRUSHES, PUSH_EVENT, PUSH_MET
 
@@ -18,6 +15,10 @@ SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where within a step outlines are looked at."""
 BENT = 0.05
 """Of its length: how far a way in a step is off a straight one."""
+NEARLY = 0.05
+"""Of what a gap changes by in a step: where a polynomial through it comes so near to zero, it is looked for closely."""
+LOOKS = 7
+"""So many places between two times."""
 TURNED = 0.3
 """Radians: so far outside its fan a direction may be at both ends of a part of a step, and inside it between."""
 
@@ -35,18 +36,19 @@ class PhaseStep:
         passed: frozenset[PartPair],
         begin: tuple[float, FloatArray, FloatArray],
         end: tuple[float, FloatArray, FloatArray],
+        last: Lines,
     ) -> None:
+        """``last``: what is held, at the end."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
         (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
-        self.h = self.t1 - self.t0
+        self.h, self.last, self._soonest = self.t1 - self.t0, last, np.inf
         self.moving = course.moving([self.v0, self.v1])
         self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
 
     def between(self, tau: float) -> FloatArray:
         """The core values (n,) of the cubic through both ends."""
-        w = (tau - self.t0) / self.h
-        a, b, da, db = self.x0, self.x1, self.v0 * self.h, self.v1 * self.h
-        return a + w * (da + w * (3.0 * (b - a) - 2.0 * da - db + w * (2.0 * (a - b) + da + db)))
+        w = np.array((tau - self.t0) / self.h)
+        return self.course.turning.between(self.x0, self.x1, self.v0 * self.h, self.v1 * self.h, w)
 
     def at(self, tau: float) -> FloatArray:
         """The same, on the equations."""
@@ -58,7 +60,11 @@ class PhaseStep:
 
     def closes(self) -> tuple[float, PartPair] | None:
         """When the first of what does not touch comes to touch, and what that is."""
-        return min(((tau, contact) for tau, contact in self._closing() if tau is not None), default=None)
+        first: tuple[float, PartPair] | None = None
+        for tau, contact in self._closing():
+            if tau is not None and (first is None or (tau, contact) < first):
+                first, self._soonest = (tau, contact), tau
+        return first
 
     def _closing(self) -> Iterator[tuple[float | None, PartPair]]:
         yield from self._values_close()
@@ -80,14 +86,22 @@ class PhaseStep:
             for n in range(len(times) - 1):
                 low, high = column[n], column[n + 1]
                 if low > -closed and high < -closed:
+                    if self._closes_later(contact, float(times[n])):
+                        break
                     value = self._value(contact)
                     yield self._root(value, float(times[n]), float(times[n + 1]), low <= closed), contact
                     break
 
+    def _closes_later(self, contact: PartPair, low: float) -> bool:
+        """Whether what closes after ``low`` does so after something else that does."""
+        if self._soonest == np.inf:
+            return False
+        return low >= self._soonest or self._value(contact)(self._soonest) > -self.course.closed
+
     def _value(self, contact: PartPair) -> Callable[[float], float]:
         def value(tau: float) -> float:
             problem = self.course.at(tau)
-            return float(self.course.contacts.lines([contact], problem, self.at(tau)[None]).values[0])
+            return float(self.course.contacts.lines([contact], problem, self.at(tau)[None]).values[0, 0])
 
         return value
 
@@ -96,55 +110,54 @@ class PhaseStep:
         if not contacts.rows.gaps:
             return
         times = [self.t0, *(self.t0 + self.h * share for share in SHARES)]
-        cores = [self.x0, *(self.between(t) for t in times[1:-1]), self.x1]
-        problem, every = self.course.probe(np.array(times)), np.stack(cores)
-        there, margins = problem.values(every), contacts.values(problem, every)
-        holding = set(self.held)
-        for g, gap in enumerate(contacts.rows.gaps):
-            sides = contacts.poses(gap.first, there, len(times)), contacts.poses(gap.second, there, len(times))
-            poses = list(zip(*sides, strict=True))
-            way = self._way(g, poses)
-            within = way - float(min(m[gap.push] for m in margins)) + 2.0 * closed
+        every = np.stack([self.x0, *(self.between(t) for t in times[1:-1]), self.x1])
+        problem = self.course.probe(np.array(times))
+        margins = contacts.values(problem, every)[:, contacts.bodies.push]
+        poses = contacts.bodies.poses(problem.inputs, every)
+        way = self._way(poses)
+        pairs = contacts.bodies.near(poses[:, 0], way - margins.min(axis=0) + 2.0 * closed)
+        pairs = pairs.some(contacts.bodies.others(pairs, contacts.chosen(self.held).pairs))
+        if not len(pairs.gap):
+            return
+        touch, way = contacts.bodies.touch(pairs, poses), way[pairs.gap]
+        margins = margins[:, pairs.gap]
+        values, size = touch.value + margins, self.course.plan.size
+        sharp = contacts.sharp(pairs, margins[0])
+        tips = np.nonzero((pairs.kind == TIPS) & ~sharp)[0]
+        dips = _dips(values, closed)
+        knobs = contacts.bodies.skin.knobs[:, 2]
+        radii = knobs[pairs.i[tips]] + knobs[pairs.j[tips]]
 
-            def margin_of(i: IntArray, j: IntArray, gap: GapRow = gap) -> FloatArray:
-                return gap.first.skin.knobs[i, 2] + gap.second.skin.knobs[j, 2]
+        def contact(k: int) -> PartPair:
+            return PartPair(*(int(each[k]) for each in pairs))
 
-            for kind, i, j in contacts.near(g, *poses[0], within):
-                keep = np.array(
-                    [PartPair(g, kind, a, b) not in holding for a, b in zip(i.tolist(), j.tolist(), strict=True)]
-                )
-                i, j = i[keep], j[keep]
-                if not len(i):
+        for n in range(len(times) - 1):
+            if times[n] >= self._soonest:
+                return
+            low, high = values[n], values[n + 1]
+            near = np.maximum(touch.along[n], touch.along[n + 1]) >= -way
+            turned = np.maximum(touch.fan[n], touch.fan[n + 1]) >= -TURNED
+            falls = (low > -closed) & (high < -closed) & near & turned
+            for k in np.nonzero(falls)[0].tolist():
+                if low[k] <= closed and contact(k) in self.passed:
                     continue
-                touches = [measured(kind, gap.first.skin, a, gap.second.skin, b, i, j) for a, b in poses]
-                values = np.stack([t.value + m[gap.push] for t, m in zip(touches, margins, strict=True)])
-                along = np.stack([t.along for t in touches])
-                fan = np.stack([t.fan for t in touches])
-                for n in range(len(times) - 1):
-                    low, high = values[n], values[n + 1]
-                    near = np.maximum(along[n], along[n + 1]) >= -way
-                    turned = np.maximum(fan[n], fan[n + 1]) >= -TURNED
-                    falls = (low > -closed) & (high < -closed) & near & turned
-                    for k in np.nonzero(falls)[0].tolist():
-                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
-                        if low[k] <= closed and contact in self.passed:
-                            continue
-                        yield self._gap_root(contact, times[n], times[n + 1], float(low[k]) <= closed), contact
-                    off, on = (np.minimum(along[m], self.course.plan.size * fan[m]) for m in (n, n + 1))
-                    comes = (
-                        (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
-                    )
-                    for k in np.nonzero(comes)[0].tolist():
-                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
-                        yield self._comes_and_closes(contact, times[n], times[n + 1]), contact
-                    if KINDS[kind] != (KNOBS, KNOBS):
-                        continue
-                    before, after = ((t.value + margin_of(i, j))[:, None] * t.normal for t in touches[n : n + 2])
-                    passing = _passes(before, after, margin_of(i, j) - margins[n][gap.push])
-                    passing &= ~contacts.sharp(g, float(margins[n][gap.push]), i, j)
-                    for k in np.nonzero(passing & (low > closed) & (high > closed) & turned)[0].tolist():
-                        contact = PartPair(g, kind, int(i[k]), int(j[k]))
-                        yield self._brushes(contact, times[n], times[n + 1]), contact
+                if self._closes_later(contact(k), times[n]):
+                    continue
+                yield self._gap_root(contact(k), times[n], times[n + 1], float(low[k]) <= closed), contact(k)
+            off, on = (np.minimum(touch.along[m], size * touch.fan[m]) for m in (n, n + 1))
+            comes = (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
+            for k in np.nonzero(comes)[0].tolist():
+                yield self._comes_and_closes(contact(k), times[n], times[n + 1]), contact(k)
+            grazes = dips[n] & (low > closed) & (high > closed) & near & turned & ~sharp
+            for k in np.nonzero(grazes)[0].tolist():
+                yield self._brushes(contact(k), times[n], times[n + 1]), contact(k)
+            if not len(tips):
+                continue
+            before, after = ((touch.value[m, tips] + radii)[:, None] * touch.normal[m, tips] for m in (n, n + 1))
+            passing = _passes(before, after, radii - margins[n, tips])
+            passing &= (low[tips] > closed) & (high[tips] > closed) & turned[tips] & ~grazes[tips]
+            for k in tips[np.nonzero(passing)[0]].tolist():
+                yield self._brushes(contact(k), times[n], times[n + 1]), contact(k)
 
     def _comes_and_closes(self, contact: PartPair, low: float, high: float) -> float | None:
         """When a gap closes whose place comes onto its parts between two times, if it has opened by then: beside its
@@ -163,10 +176,9 @@ class PhaseStep:
         return self._gap_root(contact, there, high, near=False)
 
     def _brushes(self, contact: PartPair, low: float, high: float) -> float | None:
-        """When two knobs come to touch that pass each other, between two times at which they do not; None if they do
-        not.
-        """
+        """When what does not touch at two times comes to touch between them; None if it does not."""
         value = self._value(contact)
+        ends = value(low), value(high)
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         a, b = low, high
         p, q = b - ratio * (b - a), a + ratio * (b - a)
@@ -174,37 +186,34 @@ class PhaseStep:
         for _ in range(40):  # golden sections
             if min(fp, fq) < -self.course.closed or b - a <= PUSH_BRUSHES * self.h:
                 break
+            lowest = min(fp, fq)
+            if lowest > max(*ends) - lowest:  # what is left to fall is less
+                return None
             if fp < fq:
-                b, q, fq = q, p, fp
+                b, q, fq, ends = q, p, fp, (ends[0], fq)
                 p = b - ratio * (b - a)
                 fp = value(p)
             else:
-                a, p, fp = p, q, fq
+                a, p, fp, ends = p, q, fq, (fp, ends[1])
                 q = a + ratio * (b - a)
                 fq = value(q)
         lowest = p if fp < fq else q
         return None if min(fp, fq) >= -self.course.closed else self._gap_root(contact, low, lowest, near=False)
 
-    def _way(self, g: int, poses: Sequence[tuple[Sequence[float], Sequence[float]]]) -> float:
-        """How far any two points of both outlines move towards each other at most, in the whole step."""
-        contacts = self.course.contacts
-        total = 0.0
-        for side in (0, 1):
-            mx, my, radius = contacts.around[g][side]
-            before = poses[0][side]
-            most = 0.0
-            for after in (pair[side] for pair in poses[1:]):
-                ax, ay = before[0] + before[2] * mx - before[3] * my, before[1] + before[3] * mx + before[2] * my
-                bx, by = after[0] + after[2] * mx - after[3] * my, after[1] + after[3] * mx + after[2] * my
-                turn = np.hypot(after[2] - before[2], after[3] - before[3])
-                most = max(most, float(np.hypot(bx - ax, by - ay) + radius * turn))
-            total += most
-        return 1.5 * total
+    def _way(self, poses: FloatArray) -> FloatArray:
+        """(G,) how far any two points of both outlines move towards each other at most, in the whole step: ``poses``
+        (4, F, B).
+        """
+        bodies = self.course.contacts.bodies
+        x, y = bodies.middles(poses)
+        turn = np.hypot(poses[2] - poses[2, 0], poses[3] - poses[3, 0])
+        most = np.max(np.hypot(x - x[0], y - y[0]) + bodies.around[:, 2] * turn, axis=0)
+        return np.asarray(1.5 * (most[bodies.first] + most[bodies.second]), dtype=np.float64)
 
     def _gap_root(self, contact: PartPair, low: float, high: float, near: bool) -> float | None:
         """When a gap closes; None where it does so beside the parts."""
         tau = self._root(self._value(contact), low, high, near)
-        lines = self.course.contacts.lines([contact], self.course.at(tau), self.at(tau)[None])
+        lines = self.course.contacts.lines([contact], self.course.at(tau), self.at(tau)[None]).first()
         there = lines.along[0] >= -self.course.closed and lines.fan[0] >= -OUTLINE_FAN
         return tau if there else None
 
@@ -224,17 +233,14 @@ class PhaseStep:
 
     def leaves(self) -> float | None:
         """When the first of what holds comes to the end of its parts."""
-        some = [contact for contact in self.held if contact.gap >= 0]
-        if not some:
-            return None
-        slack = self._slack(some, self.t1)
-        return min((self._slack_root([some[k]]) for k in np.nonzero(slack < 0.0)[0].tolist()), default=None)
+        gone = np.nonzero(self._slack_of(self.last) < 0.0)[0].tolist()
+        return min((self._slack_root([self.held[k]]) for k in gone if self.held[k].gap >= 0), default=None)
 
     def replaces(self, contact: PartPair, tau: float) -> bool:
         """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
         holds pushes just as it would.
         """
-        lines = self.course.contacts.lines([contact, *self.held], self.course.at(tau), self.at(tau)[None])
+        lines = self.course.contacts.lines([contact, *self.held], self.course.at(tau), self.at(tau)[None]).first()
         rows = np.concatenate([lines.slopes, lines.known], axis=1)
         rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), LEAST_DIVISOR)
         alike = np.linalg.norm(rows[1:] - rows[0], axis=1) <= PUSH_ALIKE
@@ -242,7 +248,9 @@ class PhaseStep:
 
     def _slack(self, some: Sequence[PartPair], tau: float) -> FloatArray:
         """How far contacts are inside their parts."""
-        lines = self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None])
+        return self._slack_of(self.course.contacts.lines(some, self.course.at(tau), self.at(tau)[None]).first())
+
+    def _slack_of(self, lines: Lines) -> FloatArray:
         size = self.course.plan.size
         return np.minimum(lines.along + self.course.closed, size * (lines.fan + OUTLINE_FAN))
 
@@ -260,6 +268,19 @@ class PhaseStep:
             return []
         slack = self._slack(some, tau)
         return [contact for contact, inside in zip(some, slack, strict=True) if inside < 0.0]
+
+
+def _dips(values: FloatArray, closed: float) -> BoolArray:
+    """(F - 1, M) whether the polynomial through values (F, M) at ``SHARES`` falls, between two of them, nearly to zero
+    and below both.
+    """
+    places = np.array([0.0, *SHARES])
+    inner = places[:-1, None] + np.diff(places)[:, None] * np.linspace(0.0, 1.0, LOOKS + 2)[1:-1]
+    basis = np.vander(inner.ravel(), len(places)) @ np.linalg.inv(np.vander(places, len(places)))
+    between = (basis @ values).reshape(len(places) - 1, LOOKS, -1).min(axis=1)
+    way = np.ptp(values, axis=0)
+    ends = np.minimum(values[:-1], values[1:])
+    return (between < ends - closed) & (between < NEARLY * way)
 
 
 def crossing(
@@ -297,7 +318,7 @@ def _less(now: float, before: float) -> float:
     return part if part > 0.0 else 0.5
 
 
-def _passes(before: FloatArray, after: FloatArray, reach: FloatArray) -> NDArray[np.bool_]:
+def _passes(before: FloatArray, after: FloatArray, reach: FloatArray) -> BoolArray:
     """(M,) whether a point that moves from one place (M, 2) to another, nearly straight, may come within ``reach``."""
     way = after - before
     length = np.hypot(*way.T)

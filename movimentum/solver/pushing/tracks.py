@@ -5,20 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 
-from movimentum.arrays import BoolArray
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
+from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.overlap import Overlapping
 
 
 class Happening(StrEnum):
-    """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more."""
+    """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more; or it is a
+    matter of chance past which side of each other two corners go on.
+    """
 
     BEGINS = "begins"
     ENDS = "ends"
     CHANGES = "changes"
     JAMS = "jams"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +66,7 @@ class PushEnd(StrEnum):
 class PushTrack(NodeTrack):
     """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
     why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps.
+    ``turning``: which unknowns turn.
     """
 
     phases: Sequence[Phase] = ()
@@ -67,3 +74,14 @@ class PushTrack(NodeTrack):
     end: PushEnd = PushEnd.NONE
     jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
     overlaps: Sequence[Overlapping] = ()
+    turning: Turning | None = None
+
+    def guess(self, tau: FloatArray) -> FloatArray:
+        """See `NodeTrack`."""
+        if len(self.tau) == 1 or self.turning is None:
+            return NodeTrack.guess(self, tau)
+        h = np.diff(self.tau)
+        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(h) - 1)
+        w = np.clip((tau - self.tau[j]) / h[j], -0.5, 1.5)
+        a, b, da, db = (each[j + k] for each in (self.values, self.rates) for k in (0, 1))
+        return self.turning.between(a, b, da * h[j, None], db * h[j, None], w).T

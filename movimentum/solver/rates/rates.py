@@ -27,6 +27,7 @@ from movimentum.planning.blocks.kinds import Free, Pushing
 from movimentum.planning.blocks.velocities import HIGHEST
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass, field
+from movimentum.scene.leaves import Bearing, Cord
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
@@ -70,6 +71,10 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
     Raises `UndefinedRate` for an acceleration of what a wish draws.
     """
     timeline = motion.timeline
+    if any(isinstance(payload, Cord | Bearing) for payload in symbols(*expressions)):
+        from movimentum.timeline.cords import read_cords  # few scripts have any
+
+        expressions = read_cords(timeline.scene, expressions)
     result = np.full((len(expressions), len(instants)), np.nan)
     place = 0
     while place < len(instants):

@@ -44,6 +44,8 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
     names = tuple(values)
     unfolding = OriginUnfolding()
     size = scene_size(scene)
+    if timeline.kept:
+        raise NotTogether("values that statements keep from earlier times")
     if not any(len(thing.anchors) > 1 for thing in scene.things):
         raise NotTogether("no thing has two anchors")
     segments: list[SegmentPattern] = []

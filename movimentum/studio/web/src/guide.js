@@ -45,6 +45,7 @@ export class Guide {
     place.hidden = !this.on;
     if (!this.on) return;
     const steps = this.steps(), next = steps.findIndex(([done]) => !done);
+    if (next >= 0 && steps.at(-1)[0]) { this.end(); return; } // it turns, and was made in another way
     const close = make("button", {type: "button", "aria-label": "Close the guide", "data-testid": "guide-close", onclick: () => this.end()}, glyph("close"));
     const words = next < 0
       ? make("p", {text: "You have made a mechanism. Change a number in its text and see what happens. Save keeps it, Render makes a film of it."})

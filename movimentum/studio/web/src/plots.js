@@ -1,7 +1,7 @@
 /* Values over time under the scrubber, several curves with one axis, its cursor under the scrubber's thumb; or one over another. */
 import {byId, button, make} from "./dom.js";
 
-const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const COLORS = ["--curve-1", "--curve-2", "--curve-3", "--curve-4", "--curve-5", "--curve-6"]; // of the page's style, light or dark
 const THUMB = 8; // half of the scrubber's thumb, in pixels
 const LEFT = 56, TOP = 8, BOTTOM = 22; // room for numbers
 
@@ -64,7 +64,7 @@ export class Plots {
     const bar = make("div", {class: "bar"}), told = make("output", {"data-testid": "plot-value"});
     for (const curve of this.curves) {
       const mark = make("i");
-      mark.style.background = curve.color;
+      mark.style.background = `var(${curve.color})`;
       const chip = make("span", {class: "chip"}, mark, make("span", {text: curve.text}));
       button(chip, "plot-remove", "", `Without ${curve.text}`, () => this.remove(curve), {icon: "close"});
       bar.append(chip);
@@ -125,7 +125,8 @@ export class Plots {
     const below = prepared(this.sheet, width), context = prepared(canvas, right - left);
     context.translate(-left, 0);
     const paint = {below, context, width, height, ink: style.getPropertyValue("--faint"), line: style.getPropertyValue("--line"), strong: style.getPropertyValue("--ink")};
-    const known = curves.filter(({rows, over, overRows}) => rows && rows.length && (!over || (overRows && overRows.length)));
+    const known = curves.filter(({rows, over, overRows}) => rows && rows.length && (!over || (overRows && overRows.length)))
+      .map((curve) => ({...curve, color: style.getPropertyValue(curve.color).trim()}));
     if (known.length) (this.phase ? this.drawPhase(paint, known) : this.drawTime(paint, known));
     this.tell();
   }
@@ -175,13 +176,14 @@ export class Plots {
     context.strokeStyle = line;
     context.lineWidth = 1;
     context.textBaseline = "middle";
-    context.textAlign = "right";
+    const inside = from < LEFT - 16; // no room beside the sheet: the numbers stand on their lines
+    context.textAlign = inside ? "left" : "right";
     ticks.forEach((value, k) => {
       context.beginPath();
       context.moveTo(from, y(value));
       context.lineTo(to, y(value));
       context.stroke();
-      context.fillText(`${short(value)}${k === ticks.length - 1 && above ? ` ${above}` : ""}`, from - 6, y(value));
+      context.fillText(`${short(value)}${k === ticks.length - 1 && above ? ` ${above}` : ""}`, inside ? from + 4 : from - 6, y(value) - (inside && k ? -7 : inside ? 7 : 0));
     });
     context.textAlign = "center";
     context.textBaseline = "alphabetic";

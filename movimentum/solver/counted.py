@@ -1,0 +1,172 @@
+"""What goes on for more than a round, where it is only read: places on closed outlines, and turns of cords.
+
+Where a segment follows such a value, that is its value. Elsewhere it is what can be seen, and whole rounds are counted
+along the nodes of the path, so that it does not depend on which frames there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.expressions import Expr, call
+from movimentum.outlines.contour import numeric
+from movimentum.outlines.nearest import Nearest
+from movimentum.records import dataclass, replace
+from movimentum.scene.leaves import Bearing, ContactPlace
+from movimentum.solver.motion import PathMotion
+from movimentum.solver.path.removable import evaluated
+from movimentum.solver.poses import Poses
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+
+MOST = 100_000
+"""Nodes of one segment at which rounds are counted; they are as close as directions need that are followed."""
+
+Seen: TypeAlias = Callable[[Poses], FloatArray]
+"""From poses to what can be seen in them (F,), within a round."""
+
+
+def counts(node: Expr) -> bool:
+    """Whether a node of an expression goes on for more than a round."""
+    return isinstance(node.payload, Bearing) or (isinstance(node.payload, Nearest) and node.payload.counts)
+
+
+def seen(node: Expr) -> Expr:
+    """What can be seen of it at one moment."""
+    payload = node.payload
+    if isinstance(payload, Bearing):
+        return call("atan2d", payload.sine, payload.cosine)
+    assert isinstance(payload, Nearest)
+    return Expr(node.op, node.args, replace(payload, counts=False, drawn=None))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rounds:
+    """A value along a motion, with the rounds that it has gone: ``at`` times (N,), ``value`` (N,)."""
+
+    node: Expr
+    read: Seen
+    at: FloatArray
+    value: FloatArray
+
+    def values(self, motion: PathMotion, poses: Poses) -> FloatArray:
+        """(F,) in poses of the motion."""
+        result = np.full(len(poses.times), np.nan)
+        numbers = np.array([motion.timeline.segment_at(Fraction(time)) for time in poses.times.tolist()], dtype=np.intp)
+        distinct: list[int] = np.unique(numbers).tolist()
+        for number in distinct:
+            some = np.nonzero(numbers == number)[0]
+            start = motion.segments[min(number, len(motion.segments) - 1)].segment.start
+            held = _held(motion, number, self.node, poses.times[some] - float(start))
+            if held is not None:
+                result[some] = held
+        rest = np.nonzero(np.isnan(result))[0]
+        if len(rest):
+            seen_there = self.read(poses.select(rest))
+            guess = np.interp(poses.times[rest], self.at, self.value) if len(self.at) else seen_there
+            result[rest] = _near(seen_there, guess, _period(self.node))
+        return result
+
+
+def counted(motion: PathMotion, node: Expr, read: Seen) -> Rounds:
+    """The rounds of a node that `counts`, of which ``read`` tells what can be `seen`."""
+    begins = _drawn(node)
+    if begins is None:  # elsewhere it is the place that is seen
+        return Rounds(node, read, np.zeros(0), np.zeros(0))
+    period = _period(node)
+    at: list[FloatArray] = []
+    found: list[FloatArray] = []
+    before = begins
+    for number, segment_motion in enumerate(motion.segments):
+        tau = _nodes(segment_motion)
+        if not len(tau):
+            continue
+        values = _held(motion, number, node, tau)
+        if values is None:
+            poses = motion.poses_at([segment_motion.segment.start + Fraction(each) for each in tau.tolist()])
+            values = read(poses)
+            good = poses.solved & np.isfinite(values)
+            tau, values = tau[good], values[good]
+            if not len(tau):
+                continue
+            steps = np.diff(values)
+            steps -= period * np.rint(steps / period)
+            values = _near(values[:1], before, period) + np.concatenate([[0.0], np.cumsum(steps)])
+        before = float(values[-1])
+        at.append(float(segment_motion.segment.start) + tau)
+        found.append(values)
+    if not at:
+        return Rounds(node, read, np.zeros(0), np.zeros(0))
+    return Rounds(node, read, np.concatenate(at), np.concatenate(found))
+
+
+def _near(value: FloatArray, guess: FloatArray | float, period: float) -> FloatArray:
+    """A value with the whole rounds that bring it nearest to a guess."""
+    return value + period * np.rint((guess - value) / period)
+
+
+def _drawn(node: Expr) -> float | None:
+    """How it is drawn, where rounds are counted from there."""
+    payload = node.payload
+    if isinstance(payload, Nearest) and not payload.both[payload.which].closed:
+        return None
+    assert isinstance(payload, Bearing | Nearest)
+    return payload.drawn
+
+
+def _period(node: Expr) -> float:
+    payload = node.payload
+    if isinstance(payload, Bearing):
+        return 360.0
+    assert isinstance(payload, Nearest)
+    return payload.both[payload.which].period
+
+
+def _nodes(segment_motion: SegmentMotion) -> FloatArray:
+    """Times since the segment began at which rounds are counted."""
+    some = [piece.nodes for piece in segment_motion.pieces if not isinstance(piece, Unsolved)]
+    if not some:
+        return np.zeros(0)
+    nodes = np.unique(np.concatenate(some))
+    return nodes if len(nodes) <= MOST else nodes[np.linspace(0, len(nodes) - 1, MOST).round().astype(np.intp)]
+
+
+def _held(motion: PathMotion, number: int, node: Expr, tau: FloatArray) -> FloatArray | None:
+    """(F,) the value as a segment follows it, at times since it began; nan where it has no solution; None where it does
+    not follow it.
+    """
+    if number >= len(motion.segments):
+        return None
+    segment_motion = motion.segments[number]
+    number_of, payload = segment_motion.plan.system.number_of, node.payload
+    if isinstance(payload, Nearest):
+        there = ContactPlace(payload.plain, node.args)
+        unknown = number_of.get(there)
+        along = number_of.get(replace(there, along=True)) if unknown is None else None
+        unknown = along if unknown is None else unknown
+    else:
+        unknown, along = number_of.get(payload), None
+    if unknown is None:
+        return None
+    result = np.full(len(tau), np.nan)
+    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
+    of_piece = np.searchsorted(begins, tau, side="right")
+    pieces: list[int] = np.unique(of_piece).tolist()
+    for k in pieces:
+        piece = segment_motion.pieces[k]
+        if isinstance(piece, Unsolved):
+            continue
+        some = np.nonzero(of_piece == k)[0]
+        state, bad = evaluated(piece, piece.instants(tau[some]))
+        value = np.broadcast_to(np.asarray(state[unknown], dtype=np.float64), len(some))
+        result[some] = np.where(bad, np.nan, value)
+    if not isinstance(payload, Nearest):
+        return result
+    outline = payload.outline
+    if along is None:
+        return numeric([outline.travelled])(result)[0] / outline.length if payload.share else result
+    return result / outline.length if payload.share else numeric([outline.place_along])(result / outline.length)[0]

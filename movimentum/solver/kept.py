@@ -1,0 +1,66 @@
+"""Values that statements keep from earlier times, ``e.at(T)``: numbers as soon as the motion has come to that time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from operator import is_
+from typing import TypeVar
+
+from movimentum.expressions import Expr, const, substitute
+from movimentum.records import replace
+from movimentum.scene.leaves import Kept, kept_in
+from movimentum.scene.model import Claim, Constraint, Scene
+from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.timeline.model import HeldClaim, Segment, Timeline
+
+_Stated = TypeVar("_Stated", Constraint, Claim)
+
+
+class KeptValues:
+    """Those of a timeline, which come one after the other."""
+
+    def __init__(self, timeline: Timeline) -> None:
+        self.scene: Scene = timeline.scene
+        self.values: dict[Kept, float] = {}
+        self._rest = list(timeline.kept)
+
+    def awaited(self, time: Fraction) -> bool:
+        """Whether there is one from a time."""
+        return any(kept.time <= time for kept in self._rest)
+
+    def note(self, now: Snapshot, time: Fraction) -> None:
+        """The motion has come to ``time``."""
+        for kept in [kept for kept in self._rest if kept.time <= time]:
+            self._rest.remove(kept)
+            self.values[kept] = now.read(self.scene, [kept.value], time, self.values)[0]
+
+    def placed(self, segment: Segment) -> Segment:
+        """A segment with these numbers in its statements."""
+        return with_kept(segment, self.values)
+
+
+def with_kept(segment: Segment, values: Mapping[Kept, float]) -> Segment:
+    """A segment with numbers for what it keeps; KeyError where one is not known."""
+    active = tuple(_numbered(item, values) for item in segment.active)
+    return segment if all(map(is_, active, segment.active)) else replace(segment, active=active)
+
+
+def claims_with_kept(claims: Sequence[HeldClaim], values: Mapping[Kept, float]) -> tuple[HeldClaim, ...]:
+    """The same for claims; those that need more than is known are left out."""
+    return tuple(
+        replace(held, claim=_numbered(held.claim, values))
+        for held in claims
+        if all(kept in values for kept in kept_in(*held.claim.left, *held.claim.right))
+    )
+
+
+def _numbered(item: _Stated, values: Mapping[Kept, float]) -> _Stated:
+    if not kept_in(*item.left, *item.right):
+        return item
+
+    def number(node: Expr) -> Expr | None:
+        return const(values[node.payload]) if isinstance(node.payload, Kept) else None
+
+    left, right = (tuple(substitute(part, number) for part in side) for side in (item.left, item.right))
+    return replace(item, left=left, right=right)
