@@ -114,7 +114,7 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
     at_once = trouble.begin <= AT_ONCE * length
     if conflict is not None:
         code = "constraint/conflict" if at_once else "solve/unreachable"
-        told = _contradiction(segment_motion, conflict, tau, code)
+        told = _contradiction(segment_motion, conflict, tau, code, lasting=False)
     else:
         told = Diagnostic(
             code="solve/unreachable",
@@ -186,7 +186,10 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
     return True
 
 
-def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str) -> Diagnostic:
+def _contradiction(
+    segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str, *, lasting: bool = True
+) -> Diagnostic:
+    """What contradicts; unless it is ``lasting``, another length would help at this one moment only."""
     scene = segment_motion.plan.system.scene
     chosen = [c for c in (constraint_of(segment_motion, n) for n in conflict.constraints) if c is not None]
     when = _at(segment_motion, tau)
@@ -210,17 +213,14 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                if t in offered:
+                if t in offered and lasting:
                     helps += so_long(scene, thing, round(factor * now, 6), now)  # usually what the script means
                     others += so_long(scene, thing, factor * now, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
-    if last is not None:
-        helps.append("change or drop one of these constraints")
-    involved = len(chosen)
     headline = (
-        f"{counted(involved, 'constraint')} contradict{'s' if involved == 1 else ''}"
-        + (" each other" if involved > 1 else " what is rigid")
+        f"{counted(len(chosen), 'constraint')} contradict{'s' if len(chosen) == 1 else ''}"
+        + (" each other" if len(chosen) > 1 else " what is rigid" if conflict.things else " itself")
         + (
             f" in step @{_at(segment_motion, 0.0)}"
             if code == "constraint/conflict"
@@ -237,7 +237,7 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
         labels=tuple(labels),
         notes=(f"smallest conflicting set{rest}",),
         fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
-    ).advised(*helps)
+    ).advised(*helps, *(("change or drop one of these constraints",) if chosen else ()))
 
 
 def _defined(scene: Scene, thing: Thing) -> Span:
