@@ -15,7 +15,7 @@ from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.analysis.diagnose.tables import table_left
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
-from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.planning.structure.rates import reader_of
 from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import added, turned_round
@@ -352,52 +352,3 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )
-
-
-def untold_rate(scene: Scene, error: RateError) -> Diagnostic:
-    """A derivative that nothing tells."""
-    constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
-    who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
-    code, message, help_ = _UNTOLD[error.trouble]
-    return Diagnostic(
-        code=f"constraint/{code}",
-        severity=Severity.ERROR,
-        message=message.format(who=who),
-        span=constraint.span if constraint else None,
-        helps=(help_,),
-    )
-
-
-_UNTOLD = {
-    RateTrouble.CYCLE: (
-        "cyclic-derivative",
-        "this derivative depends on itself",
-        "state the equation with `.i(…)` instead: `x = 5 - .i(x)`",
-    ),
-    RateTrouble.FED_BACK: (
-        "cyclic-derivative",
-        "{who} depends on its own velocity",
-        "take the derivative of something that this statement does not move",
-    ),
-    RateTrouble.HIGHER: (
-        "no-acceleration",
-        "{who} has a velocity, but no acceleration",
-        "`.d(.d(…))` needs a motion that equations determine, or one that only trails, not one that follows a wish",
-    ),
-    RateTrouble.FLOWING: (
-        "no-velocity",
-        "the velocity of {who} is unknown, because it depends on an integral",
-        "determine what is still free, or leave the integral out",
-    ),
-    RateTrouble.PUSHED: (
-        "no-acceleration",
-        "{who} has a velocity, but no acceleration: something pushes it",
-        "`.d(…)` of it, once, is known",
-    ),
-    RateTrouble.DEMANDED: (
-        "demanded-velocity",
-        "this says how fast {who} should be, but `.d(…)` only tells how fast it is",
-        "a wish moves it (`… ~ […] .speed(20);`), and so does an equation with `.i(…)`",
-    ),
-}
-"""By what is wrong with a derivative: a code, a message and a help."""
