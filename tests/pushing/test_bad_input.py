@@ -1,4 +1,4 @@
-"""What cannot push: things inside each other, stops that contradict, walls that nothing moves, no outline, very many."""
+"""What cannot push: things inside each other, stops that contradict, walls that nothing moves, no outline, many."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def test_an_overlap_is_told_with_a_pose_that_is_free(name: str) -> None:
     x, y = map(float, re.findall(r"\[([-0-9.e]+), ([-0-9.e]+)\]", str(error.helps[0]))[0])
     moved = re.sub(r"(B : .*?P=)\[[-0-9.]+,[-0-9.]+\]", lambda found: f"{found[1]}[{x},{y}]", things)
     if "polygon P=[15" in things:  # the whole of it is moved
-        moved = things.replace(
-            "[15,5] Q=[35,5] R=[35,25] S=[15,25]", f"[{x},{y}] Q=[{x + 20},{y}] R=[{x + 20},{y + 20}] S=[{x},{y + 20}]"
-        )
+        corners = [(x, y), (x + 20, y), (x + 20, y + 20), (x, y + 20)]
+        anchors = " ".join(f"{name}=[{u},{v}]" for name, (u, v) in zip("PQRS", corners, strict=True))
+        moved = re.sub(r"P=\[15,5\].*;", f"{anchors};", things)
     mv.loads(f"{moved} @0 {says} B.P = [x, y]; {push} @2").solve()
 
 

@@ -1,4 +1,4 @@
-"""Films in which convex things push each other freely, against another solver: quadratic programs by SciPy in tiny steps.
+"""Films in which convex things push each other freely, against another solver: quadratic programs in tiny steps.
 
 The other one knows nothing of phases, events or features: in each step the poses change as little as the gaps, seen
 from the last pose, let them; a gap is the largest of the distances along both outlines' normals. Its error falls with
