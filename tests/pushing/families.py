@@ -259,3 +259,47 @@ class Pins:
 def block(name: str, x: float, y: float, w: float, h: float, place: Place) -> str:
     """A box with its lower left corner at [x, y]."""
     return polygon(name, (x, y), [(x, y), (x + w, y), (x + w, y + h), (x, y + h)], place)
+
+
+# --- a safety catch
+
+
+@dataclass(frozen=True)
+class Safety:
+    """A bolt that slides from 0 to ``way``, and a catch in its path that a second hand draws up from ``begin`` on, by
+    ``lift`` in a time unit; it blocks until it is ``height`` up. The bolt is drawn on by a wish, as fast as ``speed``.
+    """
+
+    begin: float
+    lift: float
+    height: float = 12.0
+    gap: float = 20.0
+    speed: float = 30.0
+
+    def text(self, place: Place, end: float, *, driven: bool = False) -> str:
+        """The script; ``driven``: the bolt is, come what may."""
+        bolt = block("Bolt", 0.0, 0.0, 40.0, 10.0, place)
+        catch = block("Catch", 40.0 + self.gap, 10.0 - self.height, 6.0, 40.0, place)
+        (ox, oy), (ux, uy), (vx, vy) = place.at(0.0, 0.0), place.at(1.0, 0.0), place.at(0.0, 1.0)
+        ux, uy, vx, vy = ux - ox, uy - oy, vx - ox, vy - oy
+        cx, cy = place.at(40.0 + self.gap, 10.0 - self.height)
+        rise = f"{self.lift:.14g}*.max(.t - {self.begin:.14g}, 0)"
+        go = f"way = {self.speed:.14g}*.t;" if driven else f"way ~ .most .weak .speed({self.speed:.14g});"
+        return f"""
+            .config(25, 300, 200);
+            {bolt} {catch}
+            @0 Bolt.O = [{ox:.14g} + {ux:.14g}*way, {oy:.14g} + {uy:.14g}*way];  Bolt.angle = 0;  {go}
+               Catch.O = [{cx:.14g} + {vx:.14g}*{rise}, {cy:.14g} + {vy:.14g}*{rise}];  Catch.angle = 0;
+               .gap(Bolt, Catch) >= 0 .pushes;
+            @{end:.14g}
+        """
+
+    @property
+    def free(self) -> float:
+        """When the catch lets go."""
+        return self.begin + self.height / self.lift
+
+    def way(self, times: np.ndarray) -> np.ndarray:
+        """How far the bolt has gone."""
+        before = np.minimum(self.speed * times, self.gap)
+        return np.where(times < self.free, before, before + self.speed * np.maximum(times - self.free, 0.0))

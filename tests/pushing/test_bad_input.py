@@ -1,4 +1,4 @@
-"""What cannot push: things inside each other, stops that contradict, walls that nothing moves, no outline, very many."""
+"""What cannot push: things inside each other, stops that contradict, walls that nothing moves, no outline, many."""
 
 from __future__ import annotations
 
@@ -21,7 +21,11 @@ OVERLAPS = {
         "A.P = [0,0];  A.angle = 0;  B.angle = 0;",
         5.0,
     ),
-    "curve": ("A : .curve C=[0,0] .polar(th, 40 + 9*.cos(2*th));  B : .disc(5) P=[45,0];", "A.C=[0,0]; A.angle=0;", 9.0),
+    "curve": (
+        "A : .curve C=[0,0] .polar(th, 40 + 9*.cos(2*th));  B : .disc(5) P=[45,0];",
+        "A.C=[0,0]; A.angle=0;",
+        9.0,
+    ),
     "one in the other": ("A : .disc(10) C=[0,0];  B : .disc(5) P=[0,0];", "A.C = [0,0];", 15.0),
     "margin": ("A : .disc(10) C=[0,0];  B : .disc(5) P=[18,0];", "A.C = [0,0];", 2.0),
 }
@@ -38,7 +42,9 @@ def test_an_overlap_is_told_with_a_pose_that_is_free(name: str) -> None:
     x, y = map(float, re.findall(r"\[([-0-9.e]+), ([-0-9.e]+)\]", str(error.helps[0]))[0])
     moved = re.sub(r"(B : .*?P=)\[[-0-9.]+,[-0-9.]+\]", lambda found: f"{found[1]}[{x},{y}]", things)
     if "polygon P=[15" in things:  # the whole of it is moved
-        moved = things.replace("[15,5] Q=[35,5] R=[35,25] S=[15,25]", f"[{x},{y}] Q=[{x+20},{y}] R=[{x+20},{y+20}] S=[{x},{y+20}]")
+        corners = [(x, y), (x + 20, y), (x + 20, y + 20), (x, y + 20)]
+        anchors = " ".join(f"{name}=[{u},{v}]" for name, (u, v) in zip("PQRS", corners, strict=True))
+        moved = re.sub(r"P=\[15,5\].*;", f"{anchors};", things)
     mv.loads(f"{moved} @0 {says} B.P = [x, y]; {push} @2").solve()
 
 
@@ -95,7 +101,9 @@ def test_a_picture_without_an_outline(tmp_path) -> None:
 
     Image.new("RGB", (20, 20)).save(tmp_path / "dot.png")
     script = tmp_path / "film.mov"
-    script.write_text("S : 'dot.png' C=[5,5]; A : .disc(5) C=[0,20]; @0 A.C=[30*.t,20]; S.C=[x,0]; .gap(A, S) >= 0 .pushes; @4")
+    script.write_text(
+        "S : 'dot.png' C=[5,5]; A : .disc(5) C=[0,20]; @0 A.C=[30*.t,20]; S.C=[x,0]; .gap(A, S) >= 0 .pushes; @4"
+    )
     with pytest.raises(mv.ScriptError) as told:
         mv.load(script).solve()
     assert [each.code for each in told.value.diagnostics if each.severity == "error"] == ["contact/outline"]

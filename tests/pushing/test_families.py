@@ -14,7 +14,7 @@ import pytest
 
 import movimentum as mv
 from tests.broad import broad
-from tests.pushing.families import Counter, Dogs, Latch, Pins, block
+from tests.pushing.families import Counter, Dogs, Latch, Pins, Safety, block
 from tests.pushing.scripts import PLACES, Geneva, Place, Ratchet
 
 
@@ -186,3 +186,28 @@ def test_families_do_not_depend_on_order(name: str) -> None:
         shuffled.shuffle(said)
         other = mv.loads(head + ";" + "\n".join(parts) + "\n@0 " + "\n".join(said) + "\n@" + end).solve()
         assert np.abs(other[value] - plain[value]).max() < 1e-9
+
+
+# --- a safety catch
+
+
+@broad(("begin", "lift", "place"), list(itertools.product((1.0, 1.37), (20.0, 75.0), PLACES)), every=9)
+def test_a_bolt_waits_for_its_catch(begin: float, lift: float, place: Place) -> None:
+    safety = Safety(begin, lift)
+    assert safety.free > safety.gap / safety.speed
+    motion = mv.loads(safety.text(place, 3.0)).solve()
+    assert np.abs(motion["way"] - safety.way(motion.times)).max() < 1e-8
+    begins, ends = (next(each.time for each in motion.contacts if each.event == what) for what in ("begins", "ends"))
+    assert begins == pytest.approx(safety.gap / safety.speed, abs=1e-9)
+    assert ends >= safety.free - 1e-9
+
+
+@broad("place", PLACES, every=5)
+def test_a_bolt_that_is_driven_against_its_catch_binds(place: Place) -> None:
+    safety = Safety(5.0, 20.0)
+    (error,) = errors(safety.text(place, 3.0, driven=True))
+    assert error.code == "solve/binds"
+    assert float(re.findall(r"t = ([0-9.]+)", error.message)[0]) == pytest.approx(safety.gap / safety.speed, abs=1e-8)
+    late = Safety(0.0, 40.0)  # it is out of the way in time
+    motion = mv.loads(late.text(place, 3.0, driven=True)).solve()
+    assert not motion.contacts

@@ -42,11 +42,7 @@ _UNTOLD = {
         "the velocity of {who} is unknown, because it depends on an integral",
         "determine what is still free, or leave the integral out",
     ),
-    RateTrouble.PUSHED: (
-        "no-acceleration",
-        "{who} has a velocity, but no acceleration: something pushes it",
-        "`.d(…)` of it, once, is known",
-    ),
+    RateTrouble.PUSHED: ("no-acceleration", "{who} is pushed: it has a velocity only", "take its `.d(…)` once"),
     RateTrouble.DEMANDED: (
         "demanded-velocity",
         "this says how fast {who} should be, but `.d(…)` only tells how fast it is",

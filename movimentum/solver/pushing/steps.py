@@ -19,6 +19,8 @@ NEARLY = 0.05
 """Of what a gap changes by in a step: where a polynomial through it comes so near to zero, it is looked for closely."""
 LOOKS = 7
 """So many places between two times."""
+SECANTS = 6
+"""So many lines through two values in a row, and then halves in turn."""
 TURNED = 0.3
 """Radians: so far outside its fan a direction may be at both ends of a part of a step, and inside it between."""
 
@@ -291,14 +293,16 @@ def crossing(
     small: float = 0.0,
 ) -> tuple[float, float, float, float]:
     """Two times between which a value comes to be negative, each with its value: they are no farther apart than
-    ``width``, or one of the values no larger than ``small`` (false position, after Anderson & Björck 1973).
+    ``width``, or one of the values smaller than ``small`` (false position, after Anderson & Björck 1973).
     """
     (a, fa), (b, fb) = good, bad
     side = 0.0
     for n in range(80):
-        if b - a <= width or min(abs(fa), abs(fb)) <= small:
+        if b - a <= width or min(abs(fa), abs(fb)) < small:
             break
-        tau = b - fb * (b - a) / (fb - fa) if np.isfinite(fa) and np.isfinite(fb) and n % 8 < 7 else 0.5 * (a + b)
+        halved = n >= SECANTS and n % 2 == 0  # one side may be flat
+        straight = np.isfinite(fa) and np.isfinite(fb) and not halved
+        tau = b - fb * (b - a) / (fb - fa) if straight else 0.5 * (a + b)
         tau = min(max(tau, a + 0.4 * width), b - 0.4 * width)  # from both sides, in the end
         if not a < tau < b:
             break
