@@ -35,6 +35,7 @@ MOST, MOST_OF_ONE = 10_000, 20
 
 OF_TWO = "where two outlines are nearest to each other is found in floats only, and not enclosed"
 
+OTHER_TIMES = "it is about other times of the film, too"
 TWO_AS_NEAR = ", where two places of an outline may be as near"
 
 
@@ -103,6 +104,8 @@ def _judged(motion: PathMotion, held: HeldClaim, tunnels: Sequence[tuple[Segment
             off = _off(claim, lowered(segment_motion, [*claim.left, *claim.right]))
         except NotAlgebraic as error:
             return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, str(error))
+        if any(node.op == "reduction" for node in walk(off)):
+            return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, OTHER_TIMES)
         if any(node.op in NOT_ENCLOSED for node in walk(off)):
             return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, OF_TWO)
         precise = NEAREST_BOUND * motion.size if strict else MARGIN_KNOWN * allowed

@@ -115,7 +115,10 @@ def _data(one: Judgement, source: SourceText) -> dict[str, Any]:
 
 
 def _told(data: dict[str, Any]) -> list[str]:
+    from movimentum.proving.prove import NO_TIME
+
     lines = [f"if {condition}" for condition in data["conditions"]]
-    lines += [data["why"]] if data["why"] else []
+    more = "; `--seconds` gives more" if data["why"] == NO_TIME else ""
+    lines += [f"{data['why']}{more}"] if data["why"] else []
     spots = [f"{name} = [{number(x)}, {number(y)}]" for name, (x, y) in data["counterexample"].items()]
     return lines + (["for instance where " + ", ".join(spots)] if spots else [])

@@ -48,4 +48,5 @@ def lowered(motion: SegmentMotion, expressions: Sequence[Expr]) -> list[Expr]:
     try:
         return lowered_expressions(system, [substitute(each, leaf) for each in expressions])
     except (ValueError, TypeError) as error:
-        raise NotAlgebraic(f"nothing is solved for `{error}` in this step") from error
+        rate = str(error).startswith(".d(")
+        raise NotAlgebraic("it is about a rate" if rate else f"nothing is solved for `{error}` in this step") from error

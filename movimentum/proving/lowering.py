@@ -31,7 +31,7 @@ MEMORY = frozenset({"integral", "derivative", "reduction", "progress", "lifetime
 WORDS = {
     "min": "`.min`", "max": "`.max`", "floor": "`.floor`", "mod": "`.mod`", "exp": "`.exp`", "ln": "`.ln`",
     "ease": "`.ease`", "le": "a case distinction", "integral": "an integral", "derivative": "a rate",
-    "reduction": "a value of the whole film", "progress": "a share of a step", "lifetime": "`.iv`",
+    "reduction": "a value of another time or of the whole film", "progress": "a share of a step", "lifetime": "`.iv`",
     "table": "a table", "nearest": "a place of contact", "nearest-turned": "a place of contact", "pow": "a power",
     "asind": "an angle", "acosd": "an angle", "atand": "an angle", "atan2d": "an angle",
 }  # fmt: skip

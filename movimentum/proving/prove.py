@@ -24,6 +24,7 @@ from movimentum.tolerances import CLAIM_MET
 
 PROVED = (ProofVerdict.PROVED, ProofVerdict.ON_BRANCH)
 ROUNDED = "in the film it is off by the rounding of its numbers only, and no proof was found"
+NO_TIME = "there was no time left"
 T = TypeVar("T")
 
 
@@ -54,7 +55,7 @@ class Prover:
             judged = within(partial(self.judged, held, found))
             if judged is None and found is not None:
                 judged = self.false(held, *found)
-            yield judged or Judgement(held, ProofVerdict.UNKNOWN, why="there was no time left; `--seconds` gives more")
+            yield judged or Judgement(held, ProofVerdict.UNKNOWN, why=NO_TIME)
 
     def false(self, held: HeldClaim, time: float, off: float) -> Judgement:
         """The verdict on a claim that the film breaks."""

@@ -298,3 +298,11 @@ def test_exit_codes() -> None:
     assert "certify/change-point" in done.stdout
     assert "0.33333" in done.stdout
     assert "not certified" in done.stdout
+
+
+def test_claims_of_other_times_and_rates_stay_undecided() -> None:
+    claims = ".claim A.P.at(1).x <= A.P.x + 200; .claim .abs(.d(A.P.x)) <= 100; .claim A.P.x <= 51;"
+    found = certificate(film(f"A : .bar O = [0,0] P = [50,0];\n@0 A.O = [0,0]; A.angle = 40*.t; {claims}\n@2"))
+    assert [bound.verdict.value for bound in found.bounds] == ["undecided", "undecided", "proved"]
+    assert "other times" in found.bounds[0].why
+    assert "rate" in found.bounds[1].why
