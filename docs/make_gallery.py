@@ -21,6 +21,7 @@ LIGHTER: dict[str, tuple[str, ...]] = {
     "axle-path": ("--fps", "12.5", "--scale", "0.75"),
     "bicycle-suspension": ("--scale", "0.8"),
     "clockwork": ("--scale", "0.6"),
+    "combination-lock": ("--fps", "12.5", "--scale", "0.8"),
     "coupling-rods": ("--fps", "20", "--frames", ":-1"),
     "crane": ("--fps", "12.5", "--scale", "0.8"),
     "drafting-pantograph": ("--fps", "12.5", "--scale", "0.8"),
@@ -40,6 +41,8 @@ LIGHTER: dict[str, tuple[str, ...]] = {
     "writing": ("--fps", "12.5", "--scale", "0.8"),
     "umbrella": ("--fps", "12.5", "--scale", "0.75"),
     "velocity-polygon": ("--fps", "12.5", "--scale", "0.8"),
+    "vending-latch": ("--fps", "12.5", "--scale", "0.8"),
+    "walking-toy": ("--fps", "12.5", "--scale", "0.8"),
     "walschaerts": ("--fps", "10", "--scale", "0.7"),
     "zeuner": ("--fps", "12.5", "--scale", "0.8"),
 }

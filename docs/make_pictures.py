@@ -2,8 +2,7 @@
 
 Without names it draws those that are out of date. A picture belongs to the script just above it: a block of ``mov``,
 and below it ``![…](…/pictures/NAME.svg)``. It is what ``movimentum run`` makes of that script; of a page with dozens of
-scripts (``brown-….svg``) it is a still of a moment in the film. ``pictures/made.json`` says of which script each picture
-was made.
+scripts (``brown-….svg``) it is a still. ``pictures/made.json`` says of which script each picture was made.
 """
 
 from __future__ import annotations

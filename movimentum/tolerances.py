@@ -264,6 +264,8 @@ FIRST_SOLUTION_NEAR = 1e-3
 """In units of the unknowns' scale: a solution nearer than that to the pose carried over is the only start needed."""
 MOBILE_SOLUTION_MET = 1e-6
 """Relative residual of a singular solution, to which Newton's method comes slowly, that may be able to move."""
+MOBILE_SOLUTION_NEAR = 1e-2
+"""In units of the unknowns' scale: how far such a solution may be away, with an error that is its square."""
 LOOP_CLOSED = 1e-6
 """Of the sizes of a row's terms: what a pose that satisfies the row may be off by, where drawn loops are compared."""
 PART_FITS = 1e-6

@@ -30,10 +30,10 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
     """
     from movimentum.proving.balls import NoBall, as_float, over
-    from movimentum.proving.chain import chain_of
     from movimentum.proving.curve import Late, curve_of
     from movimentum.proving.film import lowered
     from movimentum.proving.rings import TooMuch
+    from movimentum.proving.stretches import chain_of
     from movimentum.proving.tower import NotAlgebraic
     from movimentum.scene.model import AnchorCoordinate
 

@@ -19,7 +19,7 @@ from tests.solver.scenes import motion_of
 from tests.understand import timeline_of
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
-GALLERY = ["four-bar", "geneva", "jansen", "peaucellier-linkage", "stephenson", "walschaerts", "watt"]
+GALLERY = ["four-bar", "geneva-slots", "jansen", "peaucellier-linkage", "stephenson", "walschaerts", "watt"]
 TILING = linkage_script(transformable(1), "tiling")
 FIRST = next(line.split(" :")[0] for line in TILING.splitlines() if " : .bar" in line)
 
@@ -45,7 +45,7 @@ def reordered(text: str, seed: int, *kinds: type) -> str:
     return text
 
 
-@broad("name", GALLERY, fast=("four-bar", "slider-crank", "geneva", "watt", "whitworth"))
+@broad("name", GALLERY, fast=("four-bar", "slider-crank", "geneva-slots", "watt", "whitworth"))
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 5))])
 def test_of_statements(name, seed, monkeypatch):
     monkeypatch.chdir(SCRIPTS)

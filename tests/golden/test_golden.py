@@ -21,6 +21,8 @@ from tests.command import movimentum
 
 HERE = Path(__file__).parent
 SCRIPTS = sorted((HERE.parents[1] / "scripts").glob("*.mov"))
+SECONDS = {"combination-lock", "geneva", "penrose-twenty", "vending-latch", "walking-toy"}
+"""Films that take seconds."""
 CRANK = """.config(12.5, 200, 160);
 Crank : .bar O=[60,80] P=[100,80] .width(6);
 Rod   : .bar A=[100,80] B=[180,80];
@@ -32,7 +34,7 @@ Rod   : .bar A=[100,80] B=[180,80];
 
 @broad(
     "script",
-    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem == "penrose-twenty")) for path in SCRIPTS],
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SECONDS)) for path in SCRIPTS],
     every=3,
     ids=lambda path: path.stem,
 )

@@ -55,25 +55,6 @@ def geneva_turn(t: Array) -> Array:
     return 90 * turns + 45 + np.rad2deg(np.arctan2(r * np.sin(radians), a - r * np.cos(radians)))
 
 
-def geneva(t: Array) -> Columns:
-    """Axles (125, 150) and (275, 150); the crank begins pointing away from the wheel, half a turn a second."""
-    turned = geneva_turn(t)
-    r = 150.0 * np.sin(np.pi / 4)
-    crank = 180 + 180 * t
-    drive, wheel = still((125, 150), t), still((275, 150), t)
-    parts: list[Columns] = [
-        {"turned": turned},
-        body("Crank", {"C": (0, 0), "P": (r, 0)}, "C", drive, crank),
-        body("Arm", {"C": (0, 0), "P": (r, 0)}, "C", drive, crank),
-        body("Pin", {"O": (0, 0)}, "O", drive + polar(r, crank), 0),
-        body("Hub", {"C": (0, 0)}, "C", wheel, -turned),
-    ]
-    for k in range(4):
-        x, y = polar(150.0 * np.cos(np.pi / 4), 225 + 90 * k)
-        parts.append(body(f"Quarter[{k}]", {"C": (0, 0), "S": (float(x), float(y))}, "C", wheel, -turned))
-    return merge(*parts)
-
-
 def geneva_slots(t: Array) -> Columns:
     """Axles (120, 140) and (280, 140); the pin begins where it enters a slot. The wheel is one body with its slots."""
     d, a = 160.0, 160.0 * np.sin(np.pi / 4)

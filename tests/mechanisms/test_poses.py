@@ -37,7 +37,6 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
     "excavator": machine_oracles.excavator,
     "falling-bar": motion_oracles.falling_bar,
     "four-bar": linkage_oracles.four_bar,
-    "geneva": gear_oracles.geneva,
     "geneva-slots": gear_oracles.geneva_slots,
     "governor": figure_oracles.governor,
     "hart": machine_oracles.hart,
@@ -75,13 +74,13 @@ ORACLES: dict[str, Callable[[Array], Columns]] = {
 IMPORTED = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
 """Linkages that wishes draw; see test_imported.py."""
 
-PUSHED = {"escapement", "geneva-play", "ratchet"}
+PUSHED = {"combination-lock", "escapement", "geneva", "geneva-play", "ratchet", "vending-latch", "walking-toy"}
 """What is pushed; see test_legs_and_gears.py."""
 
 FRAMES = {
     "acceleration": 100, "antiparallelogram": 125, "simson-line": 200, "tackle": 125, "umbrella": 125,
     "axle-path": 100, "bicycle-suspension": 60, "crane": 250, "velocity-polygon": 100, "zeuner": 100,
-    "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101, "geneva": 200,
+    "clockwork": 240, "coupling-rods": 51, "excavator": 100, "falling-bar": 101,
     "drafting-pantograph": 100, "governor": 150, "writing": 163,
     "planetary": 150, "scissor-lift": 125, "stephenson": 120, "walschaerts": 120,
     "belt-idler": 51, "geneva-slots": 51, "tracer": 75,
@@ -97,7 +96,7 @@ SLOWER = {"excavator", "stephenson", "walschaerts"}
 """Scripts with 20 frames a second instead of 25."""
 
 CLOSED_FORMS = {
-    "clockwork", "excavator", "geneva", "geneva-slots", "hart", "jansen-walker", "klann", "locomotive", "planetary",
+    "clockwork", "excavator", "geneva-slots", "hart", "jansen-walker", "klann", "locomotive", "planetary",
     "scissor-lift", "scissor-rollers", "simson-line", "wankel", "whitworth",
 }  # fmt: skip
 """Scripts whose oracles are exact to the last digits, so that they are compared to 1e-9 pixels."""

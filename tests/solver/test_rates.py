@@ -254,7 +254,8 @@ def read(poses: Poses, scene: Scene, wanted: list[Expr]) -> np.ndarray:
     return np.array(rows)
 
 
-FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty", "geneva-play", "escapement", "ratchet"}
+FREE = {"peaucellier-linkage", "penrose-five", "penrose-twenty", "geneva", "geneva-play", "escapement", "ratchet"}
+FREE |= {"combination-lock", "vending-latch", "walking-toy"}
 """Drawn by wishes or pushed: integrated, with some 8 digits; a pushed thing has no acceleration."""
 
 

@@ -24,7 +24,7 @@ from .edited import varied
 
 DYADS = ["four-bar", "hart", "hoecken", "klann", "slider-crank", "watt", "trammel", "pantograph"]
 LARGER = ["jansen", "whitworth", "peaucellier", "excavator", "jansen-walker", "coupling-rods", "maximum", "scotch-yoke"]
-OTHERS = ["stephenson", "oscillating-engine", "acceleration", "planetary", "geneva", "walschaerts", "locomotive"]
+OTHERS = ["stephenson", "oscillating-engine", "acceleration", "planetary", "geneva-slots", "walschaerts", "locomotive"]
 
 
 def measured(source, choices=None) -> list[tuple[str, str]]:
