@@ -509,6 +509,8 @@ SLOWEST_PACE = 0.05
 """Of a curve's mean pace: where it is slower somewhere it may have a cusp, and lengths are found for shorter pieces. A
 cusp between two of 720 places has a pace of some 0.005 of the mean at the nearer one; an ellipse is as slow if it is
 twenty times as long as wide."""
+EVEN_PACE = 1e-13
+"""Of a curve's length: a parameter that is a length but for so little is one, but for rounding."""
 CUSP_PACE = 1e-7
 """Of the same pace: a curve that is slower stands still there, and its direction turns round. The least of a speed that
 is found to rounding is some 1e-8 of the mean; one that is not 0 and so small is a bend of 1e-14 of the curve."""

@@ -23,7 +23,7 @@ from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
 from movimentum.outlines.lengths import Paces, paces
 from movimentum.records import replace
-from movimentum.tolerances import FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
+from movimentum.tolerances import EVEN_PACE, FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
 
 PLACE = symbol("place")
 """The parameter."""
@@ -296,14 +296,18 @@ class Contour:
     def travelled(self) -> Expr:
         """How long the curve is from its beginning to `PLACE`, beyond the ends of a closed one too."""
         rate = self.length / self.period
-        rest = call("table", PLACE, payload=self._paces.beyond(rate))
-        return add(mul(const(rate), sub(PLACE, const(self.first))), rest)
+        even, rest = mul(const(rate), sub(PLACE, const(self.first))), self._paces.beyond(rate)
+        if np.abs(rest.y).max() <= EVEN_PACE * self.length:  # a circle, by its angle
+            return even
+        return add(even, call("table", PLACE, payload=rest))
 
     @cached_property
     def place_along(self) -> Expr:
         """The place that is so far along the curve as `PLACE` says, from 0 at its beginning to 1 at its end."""
-        rest = call("table", PLACE, payload=self._paces.back(self.length, self.period))
-        return add(add(const(self.first), mul(const(self.period), PLACE)), rest)
+        even, rest = mul(const(self.period), PLACE), self._paces.back(self.length, self.period)
+        if np.abs(rest.y).max() <= EVEN_PACE * self.period:
+            return add(const(self.first), even)
+        return add(add(const(self.first), even), call("table", PLACE, payload=rest))
 
     def length_at(self, place: float) -> float:
         """How many pixels a place is along it."""

@@ -9,6 +9,7 @@ import pytest
 
 import movimentum
 from movimentum.errors import ScriptError
+from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 400);\n"
 
@@ -26,7 +27,7 @@ FAR = """R : .bar A = [-1800,50] B = [2000,50];   W : .disc({r}) C = [100,{y}] P
 @0 R.A = [-1800,50]; R.angle = 0;"""
 
 
-@pytest.mark.parametrize("radius", [7, 30, 41.5])
+@broad("radius", [30, 7, 41.5], first=1)
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("fps", [1, 10])
 def test_a_wheel_that_is_driven_as_if_it_rolled_does_so_for_many_turns(radius, way, fps):
@@ -58,13 +59,14 @@ def test_what_slips_is_told_by_how_far(slip):
             ),
             ".claim .roll(W, R) = 0;",
         ),
-        (
+        pytest.param(
             (
                 "A : .curve F = [145,200] .param(u, [55 + 80*.cos(u), 58.0947501931*.sin(u)]);\n"
                 "B : .curve F = [305,200] .param(u, [55 + 80*.cos(u), 58.0947501931*.sin(u)]);\n"
                 "@0 A.F = [145,200]; A.angle = 90*.t; B.F = [305,200]; .roll(A, B) = 0;"
             ),
             ".claim .roll(A, B) = 0; .claim .abs(.d(.roll(A, B))) < 1e-8;",
+            marks=pytest.mark.slow,
         ),
         (
             (
