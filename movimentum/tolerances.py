@@ -264,6 +264,8 @@ FIRST_SOLUTION_NEAR = 1e-3
 """In units of the unknowns' scale: a solution nearer than that to the pose carried over is the only start needed."""
 MOBILE_SOLUTION_MET = 1e-6
 """Relative residual of a singular solution, to which Newton's method comes slowly, that may be able to move."""
+MOBILE_SOLUTION_NEAR = 1e-2
+"""In units of the unknowns' scale: how far such a solution may be away, with an error that is its square."""
 LOOP_CLOSED = 1e-6
 """Of the sizes of a row's terms: what a pose that satisfies the row may be off by, where drawn loops are compared."""
 PART_FITS = 1e-6
@@ -766,6 +768,8 @@ LEAST_ARROW = 1e-9
 """Pixels: an arrow counts as at least so long where it is divided by its length, to place the text beside it."""
 SAME_TURN_DEG = 1e-9
 """Degrees: a corner of an outline whose arc ends before it begins by less has no turn, rather than a full one."""
+NO_DASH = 1e-6
+"""World pixels: a last dash that is shorter is what rounding leaves of a line that is as long as its pattern."""
 LEAST_ARC_RADIUS = 1e-9
 """The radius from which an arc's number of straight pieces is computed, at least; only keeps it finite."""
 FOLLOWED_FAR_AWAY = 1e-3

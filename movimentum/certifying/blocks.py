@@ -17,6 +17,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
 from movimentum.certifying.krawczyk import krawczyk, stacked
+from movimentum.certifying.nearest import OutlineForms
 from movimentum.expressions import ZERO, Expr, add
 from movimentum.planning.blocks.kinds import Block, Integral, Winding
 from movimentum.planning.blocks.velocities import BlockRows, rows_of
@@ -101,7 +102,7 @@ class Encloser:
 
     piece: Piece
     begun: Mapping[Hashable, TimeForm] = field(default_factory=dict[Hashable, TimeForm])
-    forms: Forms = field(default_factory=Forms)
+    forms: Forms = field(default_factory=OutlineForms)
     evaluator: Evaluator = field(init=False)
     needed: tuple[int, ...] = field(init=False)
     moving: frozenset[int] = field(init=False)

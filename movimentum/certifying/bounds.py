@@ -13,7 +13,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.certifying.blocks import Encloser, Tubes
-from movimentum.certifying.forms import NOT_ENCLOSED, up
+from movimentum.certifying.forms import up
+from movimentum.certifying.nearest import NOT_ENCLOSED
 from movimentum.certifying.tubes import Tunnel, halves, within
 from movimentum.expressions import Expr, add, call, mul, neg, sub, walk
 from movimentum.planning.lowering.unknowns import symbol_numbers

@@ -25,8 +25,8 @@ from movimentum.expressions.tables import Pieces, Table
 from movimentum.records import dataclass, field
 from movimentum.tolerances import LEAST_RADIUS, NEAR_END_OF_ANGLE, RADIUS_UP, UNIT_ROUNDOFF
 
-NOT_ENCLOSED = frozenset({"nearest-turned"})
-"""Operations that have no enclosure: the nearest places of two outlines."""
+OF_OUTLINES = frozenset({"nearest", "nearest-turned"})
+"""Operations that have no enclosure here: nearest places of outlines (see `nearest`)."""
 MOST_EXPONENT = 64
 """The largest whole exponent that is written as products."""
 
@@ -175,13 +175,7 @@ class Forms:
 
     def call(self, op: str, payload: Hashable, arguments: Sequence[TimeForm]) -> TimeForm:
         """One operation; nan and an infinite radius where it has no value."""
-        if op == "nearest":
-            from movimentum.certifying.nearest import nearest_place  # which needs forms
-
-            place, jump = nearest_place(payload, *arguments, self.tables)
-            self.jump = np.maximum(self.jump, jump)
-            return place
-        if op in NOT_ENCLOSED:
+        if op in OF_OUTLINES:
             return nothing(len(arguments[0].c))
         value = self._column[op]
         found: TimeForm = value(*arguments) if payload is None else value(*arguments, payload)

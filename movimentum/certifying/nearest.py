@@ -8,6 +8,7 @@ larger (branch and bound; Moore 1979). Where that fails, as at a corner, the cel
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +26,8 @@ from movimentum.records import dataclass
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.tolerances import FINEST_CELL, JUMP_IN_TUBE, UNIT_ROUNDOFF
 
+NOT_ENCLOSED = frozenset({"nearest-turned"})
+"""Operations that have no enclosure: the nearest places of two outlines."""
 REGIONS = range(2, 24)
 """The region around a place is the outline's length halved so often: the largest in which there is one place."""
 WIDER = (1.25, 2.0, 8.0)
@@ -36,7 +39,23 @@ AT_ONCE = 2000
 X, Y = symbol("x of the point"), symbol("y of the point")
 
 
-def nearest_place(touch: Any, x: TimeForm, y: TimeForm, tables: dict[Table, Pieces]) -> tuple[TimeForm, FloatArray]:
+class OutlineForms(Forms):
+    """The arithmetic of forms, with the place of an outline that is nearest to a point."""
+
+    __slots__ = ()
+
+    def call(self, op: str, payload: Hashable, arguments: Sequence[TimeForm]) -> TimeForm:
+        """See `Forms.call`."""
+        if op != "nearest":
+            return super().call(op, payload, arguments)
+        assert isinstance(payload, Nearest)
+        x, y = arguments
+        place, jump = nearest_place(payload, x, y, self.tables)
+        self.jump = np.maximum(self.jump, jump)
+        return place
+
+
+def nearest_place(touch: Nearest, x: TimeForm, y: TimeForm, tables: dict[Table, Pieces]) -> tuple[TimeForm, FloatArray]:
     """The place of a point (``x``, ``y``), and by how much it may jump; see `NearestPlace` and `Forms`."""
     return NearestPlace(touch, x, y, tables).enclosed()
 

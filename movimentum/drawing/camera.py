@@ -79,11 +79,11 @@ def inset_lines(mark: InsetMark, poses: Poses, whole: FloatArray | None) -> list
 
 
 def _outer(frame: FloatArray, inside: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(F,) each: the two corners between which lines of leaders touch neither rectangle."""
-    away = frame.mean(axis=1) - inside.mean(axis=1)
-    # corners go round from the lower left: those that are farthest to the left and to the right of the way over
-    across = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) @ np.stack([-away[:, 1], away[:, 0]])
-    return across.argmin(axis=0), across.argmax(axis=0)
+    """(F,) each: the two corners between which lines of leaders touch neither rectangle: all others are on one side."""
+    way = frame - inside
+    others = np.concatenate([frame, inside], axis=1)[:, None] - inside[:, :, None]  # (F, lines, corners, 2)
+    across = way[:, :, None, 0] * others[..., 1] - way[:, :, None, 1] * others[..., 0]
+    return across.min(axis=2).argmax(axis=1), across.max(axis=2).argmin(axis=1)
 
 
 def _corners(sides: Point) -> list[Point]:

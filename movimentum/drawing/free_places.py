@@ -2,7 +2,8 @@
 
 A label that says nothing about its place may be in one of several directions from its anchor, the same in all frames or
 turning with the anchor's body. What it would cross there is measured in frames of the whole film: the length of all
-lines inside the box of its letters, and the boxes of labels that have their places already. Ties go to the first place,
+lines inside the box of its letters, the boxes of labels that have their places already, and what of its box the edge of
+a canvas that has a size would cut off. Ties go to the first place,
 so the same film has the same places everywhere.
 """
 
@@ -50,8 +51,8 @@ _DIRECTIONS = (45.0, 135.0, 315.0, 225.0, 90.0, 270.0, 0.0, 180.0, 67.5, 112.5, 
 _NEAR, _LED = (5.0, 9.0, 14.0), (24.0, 36.0)
 _FARTHER, _TURNING, _LATER = 1.5, 0.6, 0.02
 """World pixels of crossed lines in every frame that are as bad as: being farther away, turning, coming later."""
-_COVERED = 0.5
-"""The same for a square pixel of another label."""
+_COVERED, _CUT = 0.5, 5.0
+"""The same for a square pixel of another label, and for a pixel of its breadth or height beyond the canvas."""
 
 
 def wants_place(mark: ThingMark) -> bool:
@@ -65,8 +66,10 @@ def wants_place(mark: ThingMark) -> bool:
     )
 
 
-def with_places(marks: Sequence[ThingMark], poses: Poses) -> list[ThingMark]:
-    """The marks, each label at its place; ``poses``: some frames of the whole film."""
+def with_places(marks: Sequence[ThingMark], poses: Poses, canvas: tuple[float, float] | None = None) -> list[ThingMark]:
+    """The marks, each label at its place; ``poses``: some frames of the whole film; ``canvas``: its size, or None where
+    that is made to fit.
+    """
     waiting = [number for number, mark in enumerate(marks) if wants_place(mark)][:MOST]
     lines = _lines(marks, poses)
     candidates = _CANDIDATES * len(waiting)
@@ -81,7 +84,7 @@ def with_places(marks: Sequence[ThingMark], poses: Poses) -> list[ThingMark]:
     for done, number in enumerate(waiting, len(fixed)):
         mark = found[number]
         assert isinstance(mark, SymbolMark)
-        spot, taken[done] = _placed(mark, some, lines, taken[:done])
+        spot, taken[done] = _placed(mark, some, lines, taken[:done], canvas)
         found[number] = replace(mark, spot=spot)
     return found
 
@@ -130,7 +133,9 @@ class _Lines:
         return _Lines(self.ends[:, some], self.least[:, :, some], self.greatest[:, :, some])
 
 
-def _placed(mark: SymbolMark, poses: Poses, every: _Lines, taken: FloatArray) -> tuple[Spot, FloatArray]:
+def _placed(
+    mark: SymbolMark, poses: Poses, every: _Lines, taken: FloatArray, canvas: tuple[float, float] | None
+) -> tuple[Spot, FloatArray]:
     """The best place of a label, and (F, 4) the box that it then has."""
     at = symbol_points(mark, poses)[:, 0]
     size = mark.size
@@ -158,6 +163,9 @@ def _placed(mark: SymbolMark, poses: Poses, every: _Lines, taken: FloatArray) ->
         others, each = taken[np.flatnonzero(near)[-_NEIGHBOURS:]], boxes[:, None]
         over = np.minimum(each[..., 2:], others[..., 2:]) - np.maximum(each[..., :2], others[..., :2])
         cost += _COVERED * np.prod(np.maximum(over, 0.0), axis=-1).mean(axis=-1).sum(axis=1)
+    if canvas is not None:
+        beyond = np.maximum(-boxes[..., :2], 0.0) + np.maximum(boxes[..., 2:] - canvas, 0.0)
+        cost += _CUT * np.minimum(beyond, 2.0 * half).mean(axis=1).sum(axis=-1)
     best = int(np.argmin(np.round(cost, 6)))
     return spots[best][0], boxes[best]
 

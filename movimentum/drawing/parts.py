@@ -11,7 +11,7 @@ from typing import TypeAlias
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.things.kind import Color
-from movimentum.tolerances import LEAST_ARC_RADIUS, SAME_TURN_DEG, STRAIGHT_ARC
+from movimentum.tolerances import LEAST_ARC_RADIUS, NO_DASH, SAME_TURN_DEG, STRAIGHT_ARC
 
 Point: TypeAlias = tuple[float, float]
 
@@ -106,7 +106,7 @@ def dashes(points: Sequence[Point], pattern: tuple[float, ...]) -> list[list[Poi
         left -= length - done
         if q != piece[-1]:
             piece.append(q)
-    if on and len(piece) > 1:
+    if on and len(piece) > 1 and (pattern[place] - left > NO_DASH or not found):
         found.append(piece)
     return found
 

@@ -190,16 +190,20 @@ def const(value: float) -> Expr:
 
 
 class StatedNumber(float):
-    """A number that no float is, or of constants that keep their names: ``stated`` tells how (see `Expr.origin`)."""
+    """A number that no float is, or of constants that keep their names: ``stated`` tells how (see `Expr.origin`).
+    ``positive``: whether it has to be.
+    """
 
-    __slots__ = ("stated",)
+    __slots__ = ("positive", "stated")
 
     stated: Expr
+    positive: bool
 
     def __new__(cls, value: float, stated: Expr) -> StatedNumber:
         """The number."""
         made = super().__new__(cls, value)
         made.stated = stated
+        made.positive = False
         return made
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.contour import Contour
+from movimentum.outlines.cubics import between
 from movimentum.records import dataclass
 from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS, PLACE_FOUND
 
@@ -68,12 +69,12 @@ class _Instant:
 
 
 def envelope(
-    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course
+    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course, branches: int = 0
 ) -> tuple[list[EnvelopeRun], FloatArray]:
     """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (10, N) in order of time. ``parts``:
-    from when to when the motion is smooth.
+    from when to when the motion is smooth; ``branches``: so many have numbers already.
     """
-    cut = _Cut(tool, course)
+    cut = _Cut(tool, course, branches)
     strands = [cut.strand(begin, end) for begin, end in parts if end > begin]
     strands = [strand for strand in strands if strand]
     runs: list[EnvelopeRun] = []
@@ -89,11 +90,11 @@ def envelope(
 
 
 class _Cut:
-    def __init__(self, tool: Contour, course: Course) -> None:
+    def __init__(self, tool: Contour, course: Course, branches: int) -> None:
         self.tool, self.course = tool, course
         self.fast = 0.0
         self.size = tool.size
-        self.branches = 0
+        self.branches = branches
         self.paired: dict[tuple[int, int], list[tuple[int, int]]] = {}
 
     # --- instants
@@ -118,19 +119,17 @@ class _Cut:
 
     def halved(self, found: list[_Instant], open_: set[int]) -> tuple[list[_Instant], set[int]]:
         order = sorted(open_)
-        middles = iter(self.instants([(found[k].time + found[k + 1].time) / 2 for k in order]))
+        middles = dict(zip(order, self.instants([(found[k].time + found[k + 1].time) / 2 for k in order]), strict=True))
+        middles = {k: each for k, each in middles.items() if np.isfinite(each.pose[:7]).all()}
+        known = dict(zip(middles, self.known([(found[k], middles[k], found[k + 1]) for k in middles]), strict=True))
         made: list[_Instant] = []
         wanted: set[int] = set()
         for k, each in enumerate(found):
             made.append(each)
-            if k not in open_:
-                continue
-            middle = next(middles)
-            if not np.isfinite(middle.pose[:7]).all():
-                continue
-            if not self.known(each, middle, found[k + 1]):
-                wanted |= {len(made) - 1, len(made)}
-            made.append(middle)
+            if k in middles:
+                if not known[k]:
+                    wanted |= {len(made) - 1, len(made)}
+                made.append(middles[k])
         return made, wanted
 
     def instants(self, times: Sequence[Fraction]) -> list[_Instant]:
@@ -183,38 +182,73 @@ class _Cut:
 
     def pairs(self, one: _Instant, other: _Instant) -> list[tuple[int, int]]:
         """Which of the points of an instant are which of the next."""
-        key = id(one), id(other)
-        if key not in self.paired:
-            self.paired[key] = self._pairs(one, other)
-        return self.paired[key]
+        self.match([(one, other)])
+        return self.paired[id(one), id(other)]
 
-    def _pairs(self, one: _Instant, other: _Instant) -> list[tuple[int, int]]:
-        if not len(one.place) or not len(other.place):
-            return []
-        off = one.place[:, None] - other.place
-        if self.tool.closed:
-            off = off - self.tool.period * np.rint(off / self.tool.period)
-        far = np.hypot(*np.moveaxis(one.points[:, None] - other.points, -1, 0)) > CUT_MATCHED * self.size
-        off = np.where((one.rising[:, None] != other.rising) | far, np.inf, abs(off))
-        to, back = np.argmin(off, axis=1), np.argmin(off, axis=0)
-        return [(i, int(j)) for i, j in enumerate(to) if back[j] == i and np.isfinite(off[i, j])]
+    def match(self, couples: Sequence[tuple[_Instant, _Instant]]) -> None:
+        """Find the pairs of all of these at once, those with as many points together."""
+        alike: dict[tuple[int, int], list[tuple[_Instant, _Instant]]] = {}
+        for one, other in couples:
+            if (id(one), id(other)) not in self.paired:
+                alike.setdefault((len(one.place), len(other.place)), []).append((one, other))
+        for (n, m), some in alike.items():
+            if not n or not m:
+                self.paired |= {(id(one), id(other)): [] for one, other in some}
+                continue
+            ones, others = zip(*some, strict=True)
+            off = (
+                np.array([each.place for each in ones])[:, :, None] - np.array([each.place for each in others])[:, None]
+            )
+            if self.tool.closed:
+                off = off - self.tool.period * np.rint(off / self.tool.period)
+            apart = (
+                np.array([each.points for each in ones])[:, :, None]
+                - np.array([each.points for each in others])[:, None]
+            )
+            turned = (
+                np.array([each.rising for each in ones])[:, :, None]
+                != np.array([each.rising for each in others])[:, None]
+            )
+            far = np.hypot(apart[..., 0], apart[..., 1]) > CUT_MATCHED * self.size
+            off = np.where(turned | far, np.inf, abs(off))
+            to, back, least = np.argmin(off, axis=2), np.argmin(off, axis=1), off.min(axis=2)
+            good = (np.take_along_axis(back, to, axis=1) == np.arange(n)) & np.isfinite(least)
+            for (one, other), own, kept in zip(some, to.tolist(), good.tolist(), strict=True):
+                self.paired[id(one), id(other)] = [(i, own[i]) for i in range(n) if kept[i]]
 
-    def known(self, one: _Instant, middle: _Instant, other: _Instant) -> bool:
-        """Whether the curves between two instants say where the middle one is."""
-        if not len(one.place) and not len(middle.place) and not len(other.place):
-            return True
-        first, second = self.pairs(one, middle), dict(self.pairs(middle, other))
-        if not len(one.place) == len(middle.place) == len(other.place) == len(first) == len(second):
-            return False
-        i, j = np.array(first).T
-        k = np.array([second[each] for each in j])
-        off = between(one.points[i], one.along[i], other.points[k], other.along[k], middle.points[j], middle.along[j])
-        return bool((off <= CUT_EXACT * self.size).all())
+    def known(self, triples: Sequence[tuple[_Instant, _Instant, _Instant]]) -> list[bool]:
+        """Whether the curves between the first and the last of each three instants say where the middle one is."""
+        self.match([couple for one, middle, other in triples for couple in ((one, middle), (middle, other))])
+        found = [False] * len(triples)
+        owners: list[int] = []
+        parts: list[tuple[FloatArray, ...]] = []
+        for number, (one, middle, other) in enumerate(triples):
+            count = len(middle.place)
+            if not len(one.place) and not count and not len(other.place):
+                found[number] = True
+                continue
+            first, second = self.pairs(one, middle), dict(self.pairs(middle, other))
+            if not len(one.place) == count == len(other.place) == len(first) == len(second):
+                continue
+            i, j = [i for i, _ in first], [j for _, j in first]
+            k = [second[each] for each in j]
+            owners += [number] * count
+            parts.append(
+                (one.points[i], one.along[i], other.points[k], other.along[k], middle.points[j], middle.along[j])
+            )
+        if parts:
+            p, d, q, e, m, along = (np.concatenate(column) for column in zip(*parts, strict=True))
+            worst = np.zeros(len(triples))
+            np.maximum.at(worst, owners, between(p, d, q, e, m, along))
+            for number in dict.fromkeys(owners):
+                found[number] = bool(worst[number] <= CUT_EXACT * self.size)
+        return found
 
     def runs(self, strand: list[_Instant]) -> list[EnvelopeRun]:
         """The branches of a part of the film, cut where they turn back."""
         found: list[EnvelopeRun] = []
         growing: dict[int, list[tuple[_Instant, int]]] = {}
+        self.match(list(itertools.pairwise(strand)))
         for number, each in enumerate(strand):
             pairs = dict(self.pairs(strand[number - 1], each)) if number else {}
             kept = {pairs[i]: branch for i, branch in growing.items() if i in pairs}
@@ -343,29 +377,3 @@ def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArra
         if done.all():
             break
     return number, place, rising
-
-
-def between(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray, m: FloatArray, along: FloatArray) -> FloatArray:
-    """How far points m (M, 2) are across from the cubic curves from p to q with directions d and e."""
-    size = arc(p, d, q, e)[:, None]
-    forward = np.sign(np.sum((q - p) * (d + e), axis=1))[:, None]
-    d, e = forward * d * size, forward * e * size
-    chord = q - p
-    with np.errstate(all="ignore"):
-        u = np.sum((m - p) * chord, axis=1) / np.sum(chord * chord, axis=1)
-    u = np.clip(np.where(np.isfinite(u), u, 0.5), 0.0, 1.0)[:, None]
-    for _ in range(3):
-        at = p + u * (d + u * (3.0 * chord - 2.0 * d - e + u * (d + e - 2.0 * chord)))
-        rate = d + u * (2.0 * (3.0 * chord - 2.0 * d - e) + 3.0 * u * (d + e - 2.0 * chord))
-        with np.errstate(all="ignore"):
-            step = np.sum((m - at) * rate, axis=1) / np.sum(rate * rate, axis=1)
-        u = u + np.where(np.isfinite(step), step, 0.0)[:, None]
-    at = p + u * (d + u * (3.0 * chord - 2.0 * d - e + u * (d + e - 2.0 * chord)))
-    return abs(along[:, 0] * (m - at)[:, 1] - along[:, 1] * (m - at)[:, 0])
-
-
-def arc(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> FloatArray:
-    """How long arcs from p to q are whose directions are d and e: the chord, and how much it turns."""
-    turn = np.arctan2(d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0], np.sum(d * e, axis=1))
-    length: FloatArray = np.hypot(*(q - p).T) * (1.0 + np.minimum(turn * turn, 1.0) / 24.0)
-    return length

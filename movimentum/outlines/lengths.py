@@ -137,9 +137,10 @@ def _count(extent: float, period: float) -> int:
 
 def _without_cusps(speed: Speed, grid: FloatArray) -> list[FloatArray]:
     """The places (N,) of a smooth piece, cut where it stands still, and closer to each other where it is slow."""
-    fine: FloatArray = np.linspace(grid[0], grid[-1], 4 * (len(grid) - 1) + 1)
-    fine[0], fine[-1] = np.nextafter(fine[0], np.inf), np.nextafter(fine[-1], -np.inf)  # at its ends others may count
-    values = speed(fine)
+    low_end, high_end = float(grid[0]), float(grid[-1])
+    low_end, high_end = math.nextafter(low_end, math.inf), math.nextafter(high_end, -math.inf)  # there others may count
+    fine = np.linspace(float(grid[0]), float(grid[-1]), 4 * (len(grid) - 1) + 1)
+    values = speed(np.clip(fine, low_end, high_end))
     mean = float(values.mean())
     low = np.append(np.inf, values[:-1]) >= values
     low &= np.append(values[1:], np.inf) >= values
@@ -175,7 +176,9 @@ def _slowest(speed: Speed, fine: FloatArray, k: int) -> float:
             break
         one, other = speed(np.array([a, b]))
         low, high = (low, b) if one <= other else (a, high)
-    return float(min((low, high, (low + high) / 2.0), key=lambda at: float(speed(np.array([at]))[0])))
+    found = (low + high) / 2.0
+    said = round(found * 2.0**20) / 2.0**20  # where the script says, if it is there
+    return min((said, low, high, found), key=lambda at: float(speed(np.array([at]))[0]))
 
 
 def _measured(speed: Speed, grid: FloatArray, begin: float) -> PacedPart:

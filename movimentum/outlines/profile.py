@@ -12,9 +12,10 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import call, const
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, slope
-from movimentum.outlines.envelope import EnvelopeRun, arc
+from movimentum.outlines.cubics import arc
+from movimentum.outlines.envelope import EnvelopeRun
 from movimentum.outlines.pieces import CurvePiece, chained, corner
-from movimentum.outlines.swept import SweptOutline
+from movimentum.outlines.swept import SweptOutlines
 from movimentum.records import dataclass
 from movimentum.tolerances import (
     CUT_ALONG,
@@ -48,16 +49,13 @@ class Profile:
     outer: bool = False
 
 
-def profile(
-    runs: Sequence[EnvelopeRun], poses: FloatArray, tool: Contour, *, radius: float | None = None, outer: bool = False
-) -> Profile | None:
+def profile(runs: Sequence[EnvelopeRun], swept: SweptOutlines, *, outer: bool = False) -> Profile | None:
     """What the runs of an envelope leave: the edge nearest to the frame's origin, or if the tool comes over that, or
     ``outer``, the outermost. None if nothing is left.
     """
     if not runs:
         return None
-    swept = SweptOutline(tool, poses, radius)
-    size = max(float(np.ptp(np.concatenate([run.points for run in runs]), axis=0).max()), tool.size)
+    size = max(float(np.ptp(np.concatenate([run.points for run in runs]), axis=0).max()), swept.size)
     stretches = _left(runs, swept, CUT_BESIDE * size)
     if not stretches:
         return None
@@ -87,7 +85,7 @@ class _Stretch:
         return self.run.points[self.end]
 
 
-def _left(runs: Sequence[EnvelopeRun], swept: SweptOutline, beside: float) -> list[_Stretch]:
+def _left(runs: Sequence[EnvelopeRun], swept: SweptOutlines, beside: float) -> list[_Stretch]:
     """What of the runs the tool does not go over; where it goes over a part is found by halving, of all at once."""
     points = np.concatenate([run.points for run in runs])
     along = np.concatenate([run.along for run in runs])

@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.contour import Contour
+from movimentum.records import dataclass
 from movimentum.tolerances import CUT_STRAIGHT, OUTLINE_CLOSES
 
 FINER = 8
@@ -99,6 +100,22 @@ class SweptOutline:
             u = (w[..., 0] * e[..., 1] - w[..., 1] * e[..., 0]) / det
             v = (w[..., 0] * d[..., 1] - w[..., 1] * d[..., 0]) / det
         return ((u >= 0.0) & (u < 1.0) & (v >= 0.0) & (v <= 1.0)).any(axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweptOutlines:
+    """What several outlines of one thing go over."""
+
+    each: tuple[SweptOutline, ...]
+
+    @property
+    def size(self) -> float:
+        """That of the largest."""
+        return max(one.tool.size for one in self.each)
+
+    def covers(self, points: FloatArray) -> Any:
+        """Which of points (M, 2) of the frame one of them goes over."""
+        return np.logical_or.reduce([one.covers(points) for one in self.each])
 
 
 def _straightened(points: FloatArray) -> FloatArray:

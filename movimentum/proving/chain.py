@@ -17,13 +17,14 @@ from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.proving import balls
-from movimentum.proving.balls import NoBall
+from movimentum.proving.angles import CLOCK, common_bases
+from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.film import state_at
 from movimentum.proving.groups import RowGroup
-from movimentum.proving.lowering import CLOCK, Lowering, Opaque, common_bases
+from movimentum.proving.lowering import Lowering, Opaque
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, Work, make_ring
-from movimentum.proving.tower import FreeParameter, Full, NotAlgebraic, Quotient, Tower, Unit
+from movimentum.proving.tower import FreeParameter, Full, NotAlgebraic, Quotient, Root, Tower, Unit
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import ThingAngle, VariableComponent
@@ -40,7 +41,8 @@ SPARE = 10
 @dataclass(slots=True, eq=False)
 class Chain:
     """The tower of what ``wanted`` expressions (lowered, in the system's unknowns) depend on, at offset ``tau`` of a
-    segment's motion. ``film``: floats of the variables that are unknowns; ``point``: the pose of the film there.
+    segment's motion. ``film``: floats of the variables that are unknowns, ``lengths`` those that are lengths of
+    unknowns; ``point``: the pose of the film there.
     ``given``: constants that are left open, by payload. ``loose``: long functions of time are free parameters.
     """
 
@@ -55,6 +57,7 @@ class Chain:
     film: dict[int, float] = field(default_factory=dict[int, float])
     of_place: dict[int, int] = field(default_factory=dict[int, int])
     scales: dict[int, float] = field(default_factory=dict[int, float])
+    lengths: dict[int, Root] = field(default_factory=dict[int, Root])
     let_go: list[Unit | FreeParameter] = field(default_factory=list["Unit | FreeParameter"])
     known: dict[int, Quotient] = field(default_factory=dict[int, Quotient])
     state: Sequence[float | None] = ()
@@ -62,6 +65,7 @@ class Chain:
     blocks: frozenset[int] = frozenset()
     constants: dict[Hashable, Any] = field(default_factory=dict[Hashable, Any])
     numbers: Numbers | None = None
+    one_number: dict[float, Expr] = field(default_factory=dict[float, Expr])
     poses: dict[tuple[int, float], TowerPoint] = field(default_factory=dict[tuple[int, float], TowerPoint])
 
     tower: Tower = field(init=False)
@@ -90,11 +94,11 @@ class Chain:
         self.tower.arrange()
         self.point = self.pose(self.motion, self.tau)
 
-    def pose(self, motion: SegmentMotion, tau: float) -> TowerPoint:
+    def pose(self, motion: SegmentMotion, tau: float, *, compared: bool = True) -> TowerPoint:
         """The pose of the film at an offset, of this motion or of one with the same equations; `NoBall` for a special
-        one.
+        one. Not ``compared`` with the film: it only says on which sides of things others are.
         """
-        found = self.poses.get((id(motion), tau))
+        found = self.poses.get((id(motion), tau)) if compared else None
         if found is None:
             state = state_at(motion, tau)
             time = motion.segment.start + Fraction(tau)
@@ -109,10 +113,28 @@ class Chain:
             for step in self.let_go:
                 before.take(step)
                 film.update((place, balls.as_float(before.values[place])) for place in step.places)
+            for place, root in self.lengths.items():
+                film[place] = balls.as_float(self._length(root, film, drives))
             found = TowerPoint(self.tower, drives, settled=True)
+        if not compared:
+            found.extend()
+            return found
         found.settle()
         self.poses[id(motion), tau] = found
         return found
+
+    def _length(self, root: Root, film: Mapping[int, float], drives: Drives) -> Ball:
+        """A length that is an unknown, as the film has it."""
+        before = TowerPoint(self.tower, drives)
+
+        def value(place: int) -> Ball:
+            if place not in film and place not in before.values:
+                before.take(next(step for step in self.tower.steps if place in step.places))
+            return balls.ball(Fraction(film[place])) if place in film else before.values[place]
+
+        found = balls.root(balls.evaluated(self.tower.sparse(root.square), value, {}))
+        sign = 1 if root.over is None else balls.evaluated(self.tower.sparse(root.over), value, {})[0]
+        return found if sign > 0 else (-found[0], found[1])
 
     @property
     def loosened(self) -> bool:
@@ -123,29 +145,6 @@ class Chain:
     def opaque(self) -> str:
         """What was made a free parameter although the mechanism finds it, in words; "" if nothing was."""
         return " and ".join(self.lowering.opaque)
-
-    def genuine(self, *polynomials: Polynomial) -> bool:
-        """Whether polynomials have only values that the mechanism can have, wherever parameters are moved to: not where
-        they are made of one that it finds, such as the angle of a direction.
-        """
-        if self.opaque:
-            return False
-        ring, lost = self.tower.ring, set[int]()
-        for step in self.tower.steps:
-            alone = isinstance(step, Unit | FreeParameter) and self._found(step)
-            if alone or any(ring.occurring(part) & lost for part in step.parts):
-                lost.update(step.places)
-        return not any(ring.occurring(p) & lost for p in polynomials)
-
-    def _found(self, step: Unit | FreeParameter) -> bool:
-        """Whether a parameter is one that the mechanism finds: the number of a direction's angle, or the direction of a
-        number.
-        """
-        source = step.source
-        if isinstance(step, Unit):
-            return isinstance(source, int) and (source in self.known or source in self.of_place.values())
-        turn = isinstance(source, tuple) and source[0] == "turn"  # pyright: ignore[reportUnknownMemberType]
-        return turn and source[1] in self.lowering.vectors  # pyright: ignore
 
     @property
     def roomy(self) -> bool:
@@ -270,7 +269,26 @@ class Chain:
         for n, expr in block.given:
             self.known[n] = self.lowering.value(expr)
         rows = [self._row(system.equations[e].residual) for e in block.equations]
+        rows += self._lengths_of(opened)
         self._group(rows, opened, freely=False).solve()
+
+    def _lengths_of(self, opened: set[int]) -> list[Polynomial]:
+        """Lengths that are made of ``opened`` unknowns become such unknowns, too; the rows that say what their squares
+        are.
+        """
+        tower, rows = self.tower, list[Polynomial]()
+        self.point.extend()
+        for step in list(tower.roots):
+            if step.witness is None and not step.constant and tower.ring.occurring(step.square) & opened:
+                root = tower.ring.variable(step.place)
+                rows.append(root * root - step.square)
+                self.film[step.place] = balls.as_float(self.point.value(step.place))
+                self.lengths[step.place] = step
+                opened.add(step.place)
+                tower.forget(step)
+        if rows:
+            self.point = TowerPoint(tower, self.point.drives)
+        return rows
 
     def _row(self, residual: Expr) -> Polynomial:
         value = self.lowering.value(residual)
@@ -338,6 +356,7 @@ class Chain:
             self.let_go.append(step)
             tower.steps.remove(step)
         opened = opened | set(self.of_place)
+        rows += self._lengths_of(opened)
         self.point = TowerPoint(tower, self.point.drives)
         self._group(rows, opened, freely=True).solve()
 
@@ -346,43 +365,6 @@ class Chain:
         return not block.inputs and all(
             isinstance(self.motion.plan.system.unknowns[n].payload, VariableComponent) for n in block.unknowns
         )
-
-
-def chain_of(
-    motion: SegmentMotion,
-    wanted: Sequence[Expr],
-    tau: float,
-    *,
-    accelerated: bool | None,
-    given: Mapping[Hashable, Fraction],
-    choice: int = 0,
-    loose: bool = False,
-    pooled: Sequence[bool] = (False, True),
-) -> Chain:
-    """The chain that ``wanted`` expressions depend on, by blocks or, where these are no chain, of all together (with
-    one or another ``choice`` of parameters).
-    """
-    reason: Exception | None = None
-    state = state_at(motion, tau)
-    for all_together in pooled:
-        bases: dict[Hashable, Fraction] = {}
-        size = 40
-        for _ in range(6):
-            chain = Chain(motion, tau, all_together, loose, accelerated, given, size, bases, state=state, choice=choice)
-            try:
-                chain.build(wanted)
-            except Full:
-                size *= 2
-                continue
-            except (NotAlgebraic, NoBall) as error:
-                if reason is None or isinstance(reason, NoBall):
-                    reason = error
-                break
-            wider = common_bases(chain.lowering.requests)
-            if wider == bases:
-                return chain
-            bases = wider
-    raise reason or NotAlgebraic("there are too many equations")
 
 
 def _of_time(source: Hashable) -> bool:

@@ -51,7 +51,7 @@ def _apart(a: Expr, b: Expr, *, accelerated: bool | None, most: int) -> Ball | N
     lowering = Lowering(tower, _no_unknown, {})
     difference = tower.sub(lowering.value(a), lowering.value(b))
     tower.arrange()
-    point = TowerPoint(tower, Drives(Fraction(0), {}, lambda _: None), settled=True)
+    point = TowerPoint(tower, Drives(Fraction(0), {}), settled=True)
     point.settle()
     if difference.top == tower.ring.zero:
         found: Ball | None = None

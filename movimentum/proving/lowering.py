@@ -12,19 +12,13 @@ from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
 from movimentum.expressions import Expr, rational_value, symbols, walk
+from movimentum.proving.angles import CLOCK, DEGREE, HIGHEST, Form, sum_of
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
 from movimentum.tolerances import GUESSED_DIRECTION
 
-HIGHEST = 24
-"""The largest multiple of an angle that is written in that of its unit: 30 and 30.001 have none in common."""
 GUESSED = 1000
 """The largest denominator of degrees that a direction is looked for at."""
-CLOCK, DEGREE = "clock", "degree"
-
-Form = dict[Hashable, Fraction]
-"""An angle: multiples of sources, and degrees under None. `CLOCK` is the time, `DEGREE` a number of degrees whose
-sine is taken as free."""
 Vector = tuple[Quotient, Quotient]
 
 OPAQUE = frozenset(
@@ -227,9 +221,9 @@ class Lowering:
             case "clock":
                 return {CLOCK: Fraction(1), None: -node.start}
             case "add":
-                return _sum(self.angle(args[0]), self.angle(args[1]), Fraction(1))
+                return sum_of(self.angle(args[0]), self.angle(args[1]), Fraction(1))
             case "neg":
-                return _sum({}, self.angle(args[0]), Fraction(-1))
+                return sum_of({}, self.angle(args[0]), Fraction(-1))
             case "mul" | "div":
                 return self._multiple(node)
             case "atan2d" if symbols(node) or not node.timed:
@@ -284,10 +278,10 @@ class Lowering:
     def _multiple(self, node: Expr) -> Form:
         first, second = node.args
         if node.op == "mul" and (number := self._rational(first)) is not None:
-            return _sum({}, self.angle(second), number)
+            return sum_of({}, self.angle(second), number)
         number = self._rational(second)
         if number:
-            return _sum({}, self.angle(first), number if node.op == "mul" else 1 / number)
+            return sum_of({}, self.angle(first), number if node.op == "mul" else 1 / number)
         if symbols(node):
             raise NotAlgebraic("the sine or cosine of what is no sum of angles is not algebraic")
         return {node: Fraction(1)}
@@ -392,23 +386,3 @@ def number_of(node: Expr) -> float:
     if value is None:
         raise ValueError
     return value
-
-
-def _sum(a: Form, b: Form, factor: Fraction) -> Form:
-    found = dict(a)
-    for source, share in b.items():
-        found[source] = found.get(source, Fraction(0)) + factor * share
-    return {source: share for source, share in found.items() if share}
-
-
-def common_bases(requests: dict[Hashable, set[Fraction]]) -> dict[Hashable, Fraction]:
-    """For each source with several shares the one that all are multiples of, unless these are too high."""
-    found: dict[Hashable, Fraction] = {}
-    for source, shares in requests.items():
-        if len(shares) > 1:
-            denominator = math.lcm(*(share.denominator for share in shares))
-            base = Fraction(math.gcd(*(int(share * denominator) for share in shares)), denominator)
-            split = source == DEGREE and 30 % base == 0 and 15 / base <= HIGHEST  # see `Lowering._exact`
-            if split or max(shares) / base <= HIGHEST:
-                found[source] = base
-    return found

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain as joined
 
 from movimentum.expressions import ZERO, Expr, const, rational_value, same
-from movimentum.proving.chain import Chain, Numbers
+from movimentum.proving.chain import Chain
 from movimentum.proving.lowering import Lowering
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.rings import TooMuch
@@ -28,14 +28,19 @@ def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
     0 in floats has to be 0.
     """
     if chain.numbers is None:
-        chain.numbers = _of_mechanism(chain)
+        chain.numbers = _of_mechanism(chain), _of_statements(chain)
     used, others = chain.numbers
-    groups: dict[float, list[Expr]] = {value: list(found) for value, found in used.items()}
+    told = chain.one_number
+    groups: dict[float, list[Expr]] = {value: list(found) for value, found in used.items() if value not in told}
     for value, node in _constants(expressions):
         groups.setdefault(value, []).append(node)
     for value, found in groups.items():
-        first, *rest = [ZERO] * (value == 0.0 and value in used) + found + others.get(value, [])
+        if value in told:
+            first, rest = told[value], found
+        else:
+            first, *rest = [ZERO] * (value == 0.0 and value in used) + found + others.get(value, [])
         _all_one(value, first, rest, chain.tower, chain.lowering, chain.point)
+        told[value] = first
 
 
 def told_inside(tower: Tower, lowering: Lowering, point: TowerPoint, constants: Sequence[Expr]) -> None:
@@ -49,7 +54,7 @@ def told_inside(tower: Tower, lowering: Lowering, point: TowerPoint, constants: 
         _all_one(value, first, rest, tower, lowering, point)
 
 
-def _of_mechanism(chain: Chain) -> Numbers:
+def _of_mechanism(chain: Chain) -> dict[float, list[Expr]]:
     plan = chain.motion.plan
     system = plan.system
     equations = [system.equations[e] for number in chain.blocks for e in plan.blocks[number].equations]
@@ -65,12 +70,17 @@ def _of_mechanism(chain: Chain) -> Numbers:
     used: dict[float, list[Expr]] = {}
     for value, node in _constants([*rows, *places]):
         _add(used, value, node)
+    return used
+
+
+def _of_statements(chain: Chain) -> dict[float, list[Expr]]:
+    system = chain.motion.plan.system
     sides = [side for item in system.scene.constraints() for side in (*item.left, *item.right)]
     drawn = [part for thing in system.scene.things for anchor in thing.anchors for part in anchor.coordinates]
     others: dict[float, list[Expr]] = {}
     for value, node in _constants(joined(sides, drawn)):
         _add(others, value, node)
-    return used, others
+    return others
 
 
 def _add(groups: dict[float, list[Expr]], value: float, node: Expr) -> None:

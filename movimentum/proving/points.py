@@ -9,8 +9,9 @@ from typing import Any
 
 from movimentum.expressions import Expr, walk
 from movimentum.proving import balls
+from movimentum.proving.angles import CLOCK, DEGREE
 from movimentum.proving.balls import BITS, Ball, NoBall
-from movimentum.proving.lowering import CLOCK, DEGREE, Opaque
+from movimentum.proving.lowering import Opaque
 from movimentum.proving.rings import Polynomial
 from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, Tower, Unit, Value
 from movimentum.records import dataclass, field
@@ -42,7 +43,10 @@ class Drives:
     def value(self, source: Hashable) -> Any:
         """A source's value, a number of mpmath's."""
         if isinstance(source, tuple) and source[0] == "turn":  # pyright: ignore[reportUnknownMemberType]
-            source = source[1]  # pyright: ignore[reportUnknownVariableType]
+            return self.value(source[1])  # pyright: ignore
+        return self._known(source)  # pyright: ignore[reportUnknownArgumentType]
+
+    def _known(self, source: Hashable) -> Any:
         found = self.values.get(source)
         if found is None:
             found = self.values[source] = self._value(source)

@@ -89,7 +89,7 @@ class Prover:
             for motion, low, high in self._parts(held):
                 tau = time - float(motion.segment.start)
                 if low <= tau <= high:
-                    return ClaimInStep(held, motion, chains, self.tolerance, self.most).off_at(tau)
+                    return ClaimInStep(held, motion, chains, self.tolerance, self.most).off_at(tau, low, high)
             return True
 
         found = self._with_chains(off)

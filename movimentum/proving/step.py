@@ -21,6 +21,7 @@ from movimentum.proving.claims import (
     tried,
 )
 from movimentum.proving.film import lowered
+from movimentum.proving.genuine import genuine, holds
 from movimentum.proving.numbers import told_apart
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.stretches import Chains, poses
@@ -79,16 +80,17 @@ class ClaimInStep:
                 return f"{choice} {'are on their other sides' if many else 'is on its other side'}"
         return None
 
-    def off_at(self, tau: float) -> bool:
+    def off_at(self, tau: float, low: float, high: float) -> bool:
         """Whether the claim fails at a pose of the film, as exact numbers tell."""
         claim, count = self.held.claim, len(self.held.claim.left)
         sides = lowered(self.motion, [*claim.left, *claim.right])
         apart = [sub(a, b) for a, b in zip(sides[:count], sides[count:], strict=True)]
         if not self._fails([film_value(self.motion, tau, each) for each in apart]):
             return False
-        left, right = self._stated(tau, tau, loose=True)
+        left, right = self._stated(low, high, loose=True)
         ways = [component[0] for component in differences(self._known, left, right)]
-        exact = [amount(self._point(), way) for way in ways if way.whole is not None]
+        point = self._known.pose(self.motion, tau, compared=False)
+        exact = [amount(point, way) for way in ways if way.whole is not None]
         known = [balls.as_float(each) for each in exact if each is not None]
         return len(known) < count or self._fails(known)
 
@@ -265,7 +267,7 @@ class ClaimInStep:
                 if len(broken) == ENOUGH:
                     break
         broken.sort(key=lambda one: -one[0])
-        return next(((point, size) for size, k, point in broken if reached(chain, k)), None)
+        return next(((point, size) for size, k, point in broken if holds(chain, point) and reached(chain, k)), None)
 
     def _size(self, point: TowerPoint, ways: Sequence[Sequence[SidesApart]]) -> float:
         return max((_amount(point, component[0]) for component in ways), default=0.0)
@@ -318,13 +320,12 @@ class ClaimInStep:
             found = amount(point, way)
             return -balls.as_float(found) if found is not None and found[0] + found[1] < 0 else 0.0
 
-        genuine = chain.genuine(way.whole.top, way.whole.bottom)
-        worst = self._worst(chain, below) if genuine else None
+        worst = self._worst(chain, below) if _genuine(chain, way) else None
         return self._in_film(*worst) if worst else Judgement(self.held, ProofVerdict.UNKNOWN, why=BOUNDS)
 
 
 def _genuine(chain: Chain, way: SidesApart) -> bool:
-    return chain.genuine(way.top) if way.whole is None else chain.genuine(way.whole.top, way.whole.bottom)
+    return genuine(chain, way.top) if way.whole is None else genuine(chain, way.whole.top, way.whole.bottom)
 
 
 def _amount(point: TowerPoint, way: SidesApart) -> float:

@@ -1,4 +1,4 @@
-"""Which poses of a film a proof looks at, and the chains that claims share.
+"""Which poses of a film a proof looks at, and the chains that are made there, which claims share.
 
 A proof is about the part of the mechanism's variety that a pose lies on. Where two such parts meet (at a change point)
 the film may go on on another one: so there is a pose of each stretch between two change points.
@@ -11,10 +11,12 @@ from fractions import Fraction
 from itertools import pairwise
 
 from movimentum.expressions import Expr
+from movimentum.proving.angles import common_bases
 from movimentum.proving.balls import NoBall
-from movimentum.proving.chain import Chain, chain_of
+from movimentum.proving.chain import Chain
+from movimentum.proving.film import state_at
 from movimentum.proving.points import TowerPoint
-from movimentum.proving.tower import NotAlgebraic
+from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
@@ -66,6 +68,43 @@ def poses(chain: Chain, motion: SegmentMotion, low: float, high: float) -> Itera
                 yield tau, pose
         if not found:
             raise special
+
+
+def chain_of(
+    motion: SegmentMotion,
+    wanted: Sequence[Expr],
+    tau: float,
+    *,
+    accelerated: bool | None,
+    given: Mapping[Hashable, Fraction],
+    choice: int = 0,
+    loose: bool = False,
+    pooled: Sequence[bool] = (False, True),
+) -> Chain:
+    """The chain that ``wanted`` expressions depend on, by blocks or, where these are no chain, of all together (with
+    one or another ``choice`` of parameters).
+    """
+    reason: Exception | None = None
+    state = state_at(motion, tau)
+    for all_together in pooled:
+        bases: dict[Hashable, Fraction] = {}
+        size = 40
+        for _ in range(6):
+            chain = Chain(motion, tau, all_together, loose, accelerated, given, size, bases, state=state, choice=choice)
+            try:
+                chain.build(wanted)
+            except Full:
+                size *= 2
+                continue
+            except (NotAlgebraic, NoBall) as error:
+                if reason is None or isinstance(reason, NoBall):
+                    reason = error
+                break
+            wider = common_bases(chain.lowering.requests)
+            if wider == bases:
+                return chain
+            bases = wider
+    raise reason or NotAlgebraic("there are too many equations")
 
 
 @dataclass(slots=True, eq=False)
@@ -120,6 +159,9 @@ class Chains:
             except NoBall as error:
                 failed = error
             else:
+                found.numbers = next(
+                    (one.numbers for one in self.made if one.motion is motion and one.blocks == found.blocks), None
+                )
                 self.made.append(found)
                 return found
         raise failed or NoBall

@@ -336,6 +336,12 @@ class Tower:
         self.roots.append(step)
         self.squares[step.place] = step.square
 
+    def forget(self, step: Root) -> None:
+        """Take out a root whose variable is found otherwise."""
+        self.steps.remove(step)
+        self.roots.remove(step)
+        del self.squares[step.place]
+
     def _root_of_number(self, number: Fraction) -> Quotient:
         if number < 0:
             raise NotAlgebraic("the root of a negative number has no value")

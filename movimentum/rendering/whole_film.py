@@ -19,7 +19,7 @@ def settled(
     marks: Sequence[ThingMark | FilmMark], scene: Scene, source: PoseSource, options: PictureOptions
 ) -> list[ThingMark]:
     """The marks, with all that they must know of the film that ``source`` has."""
-    return _free(_measured(_graphed(marks, scene, source, options), source), source)
+    return _free(_measured(_graphed(marks, scene, source, options), source), source, scene.config.size)
 
 
 def _measured(marks: Sequence[ThingMark], source: PoseSource) -> list[ThingMark]:
@@ -62,8 +62,8 @@ def _graphed(
     return found
 
 
-def _free(marks: list[ThingMark], source: PoseSource) -> list[ThingMark]:
-    """The marks; labels that say nothing about it are where they cross least in the whole film."""
+def _free(marks: list[ThingMark], source: PoseSource, canvas: tuple[int, int] | None) -> list[ThingMark]:
+    """The marks; labels that say nothing about it are where they cross least in the whole film, on the canvas."""
     if not any(isinstance(mark, SymbolMark) and mark.own.of_film for mark in marks):
         return marks
     from movimentum.drawing.free_places import FRAMES, with_places
@@ -77,4 +77,4 @@ def _free(marks: list[ThingMark], source: PoseSource) -> list[ThingMark]:
         first += len(chunk.frames)
         if len(inside):
             parts.append(chunk.select(inside))
-    return with_places(marks, concatenate(parts)) if parts else marks
+    return with_places(marks, concatenate(parts), canvas) if parts else marks

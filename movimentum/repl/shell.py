@@ -118,7 +118,8 @@ class Teller:
         if problem is not None:
             source = problem.source or session.work.source
             text = render_text(problem.diagnostics, source).rstrip("\n")
-        self.record += [*filter(None, [question]), *filter(None, [visible_lines(text)]), ""]
+        kept = re.sub(r"(?m)^>", " >", visible_lines(text))  # `list` marks lines as questions are marked
+        self.record += [*filter(None, [question]), *filter(None, [kept]), ""]
         if self.json:
             time = float(session.time) if session.work.moves else None
             found = None if problem is None else to_json(problem.diagnostics, problem.source or session.work.source)

@@ -49,7 +49,7 @@ from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
-from movimentum.scene.touching import follows_contact, pin_of
+from movimentum.scene.touching import follows_contact, gap_side, pin_of
 from movimentum.scene.transitions import judge_transition
 from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
@@ -352,6 +352,7 @@ def _constraint(
         anchor=anchor if isinstance(anchor, AnchorRef) else None,
         strict=resolved.strict,
         pin=pin_of(resolved, left[0], right[0]),
+        gap_side=gap_side(resolved),
     )
     yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
 

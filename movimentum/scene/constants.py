@@ -150,6 +150,8 @@ def constant_expression(root: Expression | Text, what: str, findings: Findings) 
                 helps=(
                     replacement(f"did you mean `{guess}`?", place, guess)
                     if guess
+                    else f"`.let {name} = …;` makes a constant"
+                    if name and name not in findings.things
                     else "a thing is drawn only once; steps state what changes",
                 ),
             )

@@ -6,11 +6,14 @@ whole of both; an equation makes it an unknown of its own, which is followed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import product
 
+import numpy as np
+
 from movimentum.diagnostics import Label, insertion, replacement
-from movimentum.expressions import Expr, add, call, const, div, mul, sub, symbol
+from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, symbol
 from movimentum.outlines.contour import Contour, curvature_of, put_in
 from movimentum.outlines.nearest import Nearest, distance
 from movimentum.outlines.shapes import circle
@@ -169,10 +172,21 @@ def _of_pair(
     ]
     if function == "where":
         assert second is not None
-        one = _Side.of(second, round_too=True)
-        assert one.contour is not None
-        return Nearest(one.contour).shared().place(*one.seen(sides[0][0][0]))
+        return _where(sides[0][0][0], [one for piece in _Side.pieces(second, round_too=True) for one in piece])
     return left_to_right(lambda a, b: call("min", a, b), [_of_pieces(*both) for both in product(*sides)])
+
+
+def _where(point: _Side, outlines: Sequence[_Side]) -> Expr:
+    """How far along the nearest of some outlines the place nearest to a point is."""
+    found: list[tuple[Expr, Expr]] = []
+    for one in outlines:
+        assert one.contour is not None
+        share = Nearest(one.contour).shared().place(*one.seen(point))
+        found.append((call("abs", _between(point, one)) if len(outlines) > 1 else ZERO, share))
+    (nearest, result), *rest = found
+    for off, share in rest:
+        result, nearest = call("le", off, nearest, share, result), call("min", off, nearest)
+    return result
 
 
 def _of_pieces(one: Sequence[_Side], other: Sequence[_Side]) -> Expr:
@@ -219,8 +233,17 @@ def _of_curve(function: str, thing: Thing, points: Sequence[Value | None]) -> Va
 
 
 def _rolled(first: Thing, second: Thing) -> Expr:
-    """How much farther the contact has come along the first than along the second, since they were as drawn."""
-    one, other = (_Side.of(thing, round_too=True) for thing in (first, second))
+    """How much farther the contact has come along the first than along the second, since they were as drawn: of several
+    outlines those count that are nearest to each other then.
+    """
+    (ax, ay), (bx, by) = first.anchors[0].local, second.anchors[0].local
+    drawn_at = bx - ax, by - ay
+    firsts, seconds = (
+        [one for piece in _Side.pieces(thing, round_too=True) for one in piece] for thing in (first, second)
+    )
+    one, other = firsts[0], seconds[0]
+    if len(firsts) + len(seconds) > 2:
+        one, other = min(product(firsts, seconds), key=lambda both: _apart(both[0], both[1], drawn_at))
     assert one.contour is not None
     assert other.contour is not None
     found, pose = Nearest(one.contour, other.contour), one.seen(other)
@@ -230,10 +253,18 @@ def _rolled(first: Thing, second: Thing) -> Expr:
         here, there = (put_in(each.travelled, at) for each, at in zip(found.both, places, strict=True))
         return add(here, mul(way, there))
 
-    (ax, ay), (bx, by) = first.anchors[0].local, second.anchors[0].local
-    drawn = [float(found.other(k).at(bx - ax, by - ay, 1.0, 0.0)) for k in (0, 1)]
+    drawn = [float(found.other(k).at(*drawn_at, 1.0, 0.0)) for k in (0, 1)]
     now = [found.other(k).counted(drawn[k]).place(*pose) for k in (0, 1)]
     return sub(travelled(now), travelled([const(at) for at in drawn]))
+
+
+def _apart(one: _Side, other: _Side, at: tuple[float, float]) -> float:
+    """How far two outlines are apart, or how deep they overlap, where the second is at a place in the first's frame."""
+    if one.contour is None or other.contour is None:
+        return math.inf
+    found = Nearest(one.contour, other.contour)
+    here, there = (side.points(np.array(float(found.other(k).at(*at, 1.0, 0.0)))) for k, side in enumerate(found.both))
+    return float(np.hypot(*(there + at - here)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,28 +277,23 @@ class _Side:
     turn: tuple[Expr, Expr] | None = None
 
     @staticmethod
-    def of(thing: Thing, *, round_too: bool = False) -> _Side:
-        """A thing's outline, about its first anchor; that of a disc only if it counts how it is turned."""
-        t, outline = thing.number, outline_of(thing)
-        if round_too and isinstance(outline, Circle):
-            outline = circle(outline.radius)
-        place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
-        if not isinstance(outline, Contour):
-            return _Side(place, radius=outline.radius if isinstance(outline, Circle) else 0.0)
-        angle = symbol(ThingAngle(t))
-        return _Side(place, outline, turn=(call("cosd", angle), call("sind", angle)))
+    def of(thing: Thing) -> _Side:
+        """A curve, about its first anchor."""
+        return _Side.pieces(thing)[0][0]
 
     @staticmethod
-    def pieces(thing: Thing) -> list[list[_Side]]:
+    def pieces(thing: Thing, *, round_too: bool = False) -> list[list[_Side]]:
         """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing without one, which
-        is told as a fault.
+        is told as a fault. ``round_too``: a circle is a contour too, which counts how it is turned.
         """
         t, angle = thing.number, symbol(ThingAngle(thing.number))
         place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))
         turn = call("cosd", angle), call("sind", angle)
         return [
             [
-                _Side(place, radius=ring.radius) if isinstance(ring, Circle) else _Side(place, ring, turn=turn)
+                _Side(place, radius=ring.radius)
+                if isinstance(ring, Circle) and not round_too
+                else _Side(place, circle(ring.radius) if isinstance(ring, Circle) else ring, turn=turn)
                 for ring in piece
             ]
             for piece in pieces_of(thing)

@@ -86,7 +86,7 @@ def carved(
         rest, needed = without(expanded, set(waiting))
         ready = [replace(job, needed=bool(needed & {job.tool, job.frame})) for job in ready]
         own = Findings(findings.source)
-        own.constants, own.broken = findings.constants, set(findings.broken)
+        own.constants, own.things, own.broken = findings.constants, findings.things, set(findings.broken)
         try:
             found = carve(partial(scene, rest, dict(known), own), ready)
         except ScriptError as error:

@@ -22,6 +22,8 @@ class Findings:
         """Things that there are not because their definitions have errors, which have been told."""
         self.constants: tuple[str, ...] = ()
         """The script's constants, for "did you mean"."""
+        self.things: frozenset[str] = frozenset()
+        """The names of the script's things, copies and arrays, which cannot be those of constants."""
 
     def add(self, item: Diagnostic) -> None:
         """Add a diagnostic."""

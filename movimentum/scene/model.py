@@ -236,8 +236,8 @@ class Constraint:
     gears or a belt, whose leaves the timeline has replaced. ``touches``: it is an equation whose places of contact are
     followed. ``pushes``: an inequality that moves what is free, and does not only select; ``gaps``: the pairs, if
     it is about the gap of these. ``toward`` and ``weakness``: where a wish draws, and how far it is below others (0: it
-    is like any other; 1 and more: `.weak`). ``pin``: the place of a
-    point that it puts onto a curve with corners or cusps.
+    is like any other; 1 and more: `.weak`). ``pin``: the place of a point that it puts onto a curve with corners or
+    cusps. ``gap_side``: 1 if its left side is a gap, -1 if its right.
     """
 
     number: int
@@ -258,6 +258,7 @@ class Constraint:
     toward: Toward = Toward.VALUE
     weakness: int = 0
     pin: Expr | None = None
+    gap_side: int = 0
 
 
 @dataclass(frozen=True, slots=True)

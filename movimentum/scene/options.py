@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, replacement
+from movimentum.expressions import StatedNumber
 from movimentum.scene.constants import constant
 from movimentum.scene.findings import Findings
 from movimentum.source import Span
@@ -53,6 +54,8 @@ def positive(argument: Argument, what: str, findings: Findings) -> float | None:
     if value is not None and value <= 0.0:
         findings.error("kind/out-of-range", f"{what} must be greater than 0", argument.span, f"this is {value:g}")
         return None
+    if isinstance(value, StatedNumber):
+        value.positive = True
     return value
 
 

@@ -43,6 +43,11 @@ def outline_of(thing: Thing) -> Contour | Circle | None:
     return next(iter(rings_of(thing)), None)
 
 
+def outer_rings(thing: Thing) -> tuple[Contour | Circle, ...]:
+    """The outlines of a thing without those of its holes: one, or of a body in several pieces one of each."""
+    return tuple(piece[0] for piece in pieces_of(thing))
+
+
 def pieces_of(thing: Thing) -> tuple[tuple[Contour | Circle, ...], ...]:
     """The outline of a thing and those of its holes; of a body in several pieces those of each."""
     if isinstance(thing.own, Composite):

@@ -37,3 +37,12 @@ def follows_contact(resolved: ResolvedStatement) -> bool:
     }
     read = isinstance(resolved.meanings.get(id(resolved.statement.left)), VariableUse)
     return bool(calls & {"where", "roll"}) if read else bool(calls)
+
+
+def gap_side(resolved: ResolvedStatement) -> int:
+    """1 if the left side of a statement is a gap, -1 if its right side is, 0 if neither."""
+    for sign, side in ((1, resolved.statement.left), (-1, resolved.statement.right)):
+        gap = isinstance(side, Call) and side.function == "gap"
+        if gap and isinstance(resolved.meanings.get(id(side)), ContactPair):
+            return sign
+    return 0

@@ -12,16 +12,17 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, add, call, mul, sub, symbol
 from movimentum.memo import Memo
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.envelope import envelope
+from movimentum.outlines.envelope import EnvelopeRun, envelope
 from movimentum.outlines.profile import Corner, Profile, profile
 from movimentum.outlines.shapes import circle
+from movimentum.outlines.swept import SweptOutline, SweptOutlines
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import dataclass
 from movimentum.scene.cutting import CutJob, CutProfile
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
-from movimentum.scene.outlines import Circle, outline_of
+from movimentum.scene.outlines import Circle, outer_rings
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.rates.rates import UndefinedRate, rates_at
 from movimentum.solver.reuse import scene_key, segment_key
@@ -59,14 +60,14 @@ def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile
     found: list[CutProfile] = []
     for job in jobs:
         tool, frame = numbers.get(job.tool), numbers.get(job.frame)
-        outline = None if tool is None else outline_of(tool)
-        if tool is None or frame is None or outline is None or not frame.anchors:
+        outlines = () if tool is None else outer_rings(tool)
+        if tool is None or frame is None or not outlines or not frame.anchors:
             found.append(CutProfile(fault="its motion depends on the profile"))
             continue
-        key: Hashable = of_scene, segments, outline, job
+        key: Hashable = of_scene, segments, outlines, job
         profile = _PROFILES.get("profile", key)
         if profile is None:
-            profile = _PROFILES.keep("profile", key, _cut(timeline, solved, outline, tool, frame, job))
+            profile = _PROFILES.keep("profile", key, _cut(timeline, solved, outlines, tool, frame, job))
         found.append(profile)
     return found
 
@@ -74,7 +75,7 @@ def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile
 def _cut(
     timeline: Timeline,
     solved: Callable[[], PathMotion],
-    outline: Contour | Circle,
+    outlines: Sequence[Contour | Circle],
     tool: Thing,
     frame: Thing,
     job: CutJob,
@@ -83,10 +84,11 @@ def _cut(
         motion = solved()
         if job.needed and _is_free(motion, tool):
             return CutProfile(fault=f"`{tool.name}` is moved by nothing but the profile")
-        course = RelativeMotion(motion, tool, frame, round_=isinstance(outline, Circle))
+        alone = outlines[0] if len(outlines) == 1 else None
+        course = RelativeMotion(motion, tool, frame, round_=isinstance(alone, Circle))
         cutting = _Cutting(course, _parts(motion), job.outer)
-        shape = circle(outline.radius) if isinstance(outline, Circle) else outline
-        made = cutting.profile(shape, outline.radius if isinstance(outline, Circle) else None)
+        shapes = [circle(each.radius) if isinstance(each, Circle) else each for each in outlines]
+        made = cutting.profile(shapes, alone.radius if isinstance(alone, Circle) else None)
     except (RateError, UndefinedRate):
         return CutProfile(fault="the motion has no velocities")
     if made is None:
@@ -97,8 +99,8 @@ def _cut(
     first = min(made.corners, key=lambda corner: corner.time)
     x, y = frame.anchors[0].local
     place = x + first.place[0], y + first.place[1]
-    radius = cutting.radius(outline.radius, first) if isinstance(outline, Circle) else None
-    farther = None if isinstance(outline, Circle) else cutting.farther(tool, outline)
+    radius = cutting.radius(alone.radius, first) if isinstance(alone, Circle) else None
+    farther = cutting.farther(tool, alone) if isinstance(alone, Contour) else None
     return CutProfile(turned, time=first.time, place=place, radius=radius, farther=farther)
 
 
@@ -164,15 +166,20 @@ class _Cutting:
     outside: bool = False
     """Whether what is left is outside of the profile."""
 
-    def profile(self, tool: Contour, radius: float | None) -> Profile | None:
-        runs, poses = envelope(tool, self.parts, self.course)
-        if not poses.shape[1]:
+    def profile(self, tools: Sequence[Contour], radius: float | None) -> Profile | None:
+        runs: list[EnvelopeRun] = []
+        swept: list[SweptOutline] = []
+        for tool in tools:
+            some, poses = envelope(tool, self.parts, self.course, max([0, *(run.branch for run in runs)]))
+            runs += some
+            swept.append(SweptOutline(tool, poses, radius))
+        if not swept[0].poses.shape[1]:
             self.fault = "the film has no motion" if not self.parts else "the motion has no solution"
             return None
         if not runs:
             self.fault = "the tool rests in what it cuts"
             return None
-        made = profile(runs, poses, tool, radius=radius, outer=self.outer)
+        made = profile(runs, SweptOutlines(tuple(swept)), outer=self.outer)
         if made is None:
             self.fault = "the tool goes over all of it"
         else:
@@ -200,7 +207,7 @@ class _Cutting:
         return low or None
 
     def _crosses(self, radius: float) -> bool:
-        made = self.profile(circle(radius), radius)
+        made = self.profile([circle(radius)], radius)
         return made is None or bool(made.corners)
 
     def farther(self, tool: Thing, outline: Contour) -> float | None:

@@ -68,6 +68,8 @@ def first_word(text: str, before: int, place: int, found: str, accepted: frozens
             return dotted(name[1], begin)
     if found in "<>" and re.compile(r"[^;@{}]*\?").match(text, place):
         return _CONDITION
+    if found in "<>" and re.search(r"(?<![.\w])if(?!\w)", statement):
+        return _CONDITION
     if found == "?" or (name is not None and name[1] == "if") or found == "if":
         return _CONDITION
     if found == "(" and name is not None and not defines and "SEMICOLON" not in accepted | {"STAR"}:

@@ -10,7 +10,7 @@ from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, claim_meant, copied, meant, other_word
 from movimentum.syntax.first_words import first_word, other_shape, unnamed
-from movimentum.syntax.older import SIGNS, called, sign_fixes, written
+from movimentum.syntax.older import SIGNS, called, sign_fixes, unit_of_time, written
 from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import SHAPES
@@ -199,7 +199,11 @@ def _end_before(text: str, start: int, place: int) -> int:
 
 
 def _unexpected_end(text: str, before: int, accepted: frozenset[str]) -> Diagnostic:
-    helps = (insertion(_END, before, ";"),) if "SEMICOLON" in accepted else _unclosed(before, accepted)
+    helps: tuple[str | Fix, ...] = (insertion(_END, before, ";"),)
+    if (late := unit_of_time(text, before)) is not None:
+        helps = (late,)
+    elif "SEMICOLON" not in accepted:
+        helps = _unclosed(before, accepted)
     return Diagnostic(
         "syntax/unexpected-end",
         Severity.ERROR,
@@ -233,7 +237,10 @@ def _unreadable(text: str, place: int) -> Diagnostic | None:
     helps = SIGNS.get(character, ())
     if not helps and character.isalpha():
         helps = ("a name consists of the letters A to Z, a to z, digits and `_`",)
-    return replace(_character(character, place), helps=helps, fixes=sign_fixes(text, place))
+    fixes = sign_fixes(text, place)
+    if character == "#":  # a colour, or a comment
+        return _character(character, place).advised(*fixes)
+    return replace(_character(character, place), helps=helps, fixes=fixes)
 
 
 def _endless_text(text: str, place: int) -> Diagnostic:
@@ -338,6 +345,10 @@ def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[s
     if found == "(" and number and number[2] in {*FUNCTIONS, *SYNONYMS}:
         title = f"to multiply, write `{number[1]}*.{number[2]}(…)`"
         return (insertion(title, begin + len(number[1]), "*"),)
+    if "RSQB" in accepted and (half := re.search(r"\[([^\[\](),;]*)$", text[max(0, before - 80) : before])):
+        rest = re.compile(r"([^\[\],;]*)\]").match(text, place)
+        if rest is not None:
+            return (insertion(f"write a vector as `[{half[1].strip()}, {rest[1].strip()}]`", before, ","),)
     pair = re.compile(r"\(([^()\[\];]*)\)").match(text, place)
     if found == "(" and pair and "LSQB" in accepted and not accepted & {"LPAR", "STAR"}:
         edits = (Edit(here, "["), Edit(Span(pair.end() - 1, pair.end()), "]"))

@@ -23,12 +23,18 @@ SIGNS = {
     "\u00bc": ("write `1/4`",),
     "\u00be": ("write `3/4`",),
     "\u221e": ("there is no infinity: leave out the bound",),
+    "#": ("a comment begins with `//`",),
+    "!": ("a statement uses `=`, `<`, `>` or `~`",),
+    "&": ("two statements hold together: end each with `;`",),
+    "%": ("the remainder is `.mod(a, b)`",),
 }
 """The probable meaning of signs that have no meaning in a script."""
 
 _LEFT_OUT = {"\u00b0"}
+_COLOUR = re.compile(r"#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})(?![\w])")
 _WRITTEN = {
     "\u00b2": "^2", "\u00b3": "^3", "\u03c0": ".pi", "\u2192": "=", "\u00bd": "1/2", "\u00bc": "1/4", "\u00be": "3/4",
+    "#": "//",
 }  # fmt: skip
 """How to write a sign, where that needs to know nothing else."""
 _ROOT = re.compile(r"\u221a\s*(\([^()]*\)|[A-Za-z0-9_.]+)")
@@ -37,6 +43,8 @@ _BARS = re.compile(r"\|([^|;@\r\n]+)\|")
 _MEMBERS = {"length": "l", "l": "l", "LENGTH": "l", "Length": "l", "len": "l", "abs": "l", "norm": "l"}
 _DISTANCES = ("dist", "distance", "Distance")
 _SIMPLE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(\.[A-Za-z][A-Za-z0-9_]*)*")
+_TIMED = re.compile(r"(@\s*\+?\s*[\d./]*\d)\s*((?:s|sec|secs|seconds|ms)\b)$")
+_DEFINES = re.compile(r"\s*[.']")
 _STEP = re.compile(r"@\s*\+?[^:;@=\r\n]*$")
 
 
@@ -49,6 +57,8 @@ def sign_fixes(text: str, place: int) -> tuple[Fix, ...]:
         return (replacement(SIGNS[character][0], here, "*.pi"),)
     if character in "\u00bd\u00bc\u00be" and factor:  # one and a half, which may be part of a product
         return ()
+    if character == "#" and (colour := _COLOUR.match(text, place)) and text[:place].rstrip().endswith("("):
+        return (replacement(f"a colour is a text: `'{colour[0]}'`", Span(*colour.span()), f"'{colour[0]}'"),)
     if character in _WRITTEN:
         return (replacement(SIGNS[character][0], here, _WRITTEN[character]),)
     if character in _LEFT_OUT:
@@ -103,8 +113,16 @@ def written(text: str, before: int, place: int, found: str) -> str | Fix | None:
         return "angles are in degrees"
     if found == "*" and behind.endswith("*"):
         return replacement("write `^` for a power", Span(before - 1, here.end), "^")
+    if found == ":" and ahead.startswith(":="):
+        return replacement("write `=`", Span(place, place + 2), "=")
     if found == "=" and behind.endswith(":"):
         return replacement("write `=`", Span(before - 1, here.end), "=")
+    if found in ("<", ">") and behind.endswith("="):
+        return replacement(f"write `{found}=`", Span(before - 1, here.end), f"{found}=")
+    if (late := unit_of_time(text, before)) is not None:
+        return late
+    if (name := _misnamed(text, before, place, found)) is not None:
+        return name
     if behind.endswith((".rotate", ".r")) and (number := re.match(r"-?[A-Za-z0-9_.]+", ahead)):
         return replacement(f"write `.rotate({number[0]})`", Span(before, place + number.end()), f"({number[0]})")
     if found == ",":
@@ -112,6 +130,31 @@ def written(text: str, before: int, place: int, found: str) -> str | Fix | None:
     if found == ";" and (pair := re.search(r"\[([^\[\]]*)$", behind)) and (rest := re.match(r";([^\[\]]*)\]", ahead)):
         return replacement(f"write a vector as `[{pair[1].strip()}, {rest[1].strip()}]`", here, ",")
     return None
+
+
+def unit_of_time(text: str, before: int) -> Fix | None:
+    """A step's time that ends at ``before`` with a unit."""
+    late = _TIMED.search(text, max(0, before - 80), before)
+    if late is None:
+        return None
+    return replacement(f"a time has no unit: `{late[1]}`", Span(late.end(1), before), "")
+
+
+def _misnamed(text: str, before: int, place: int, found: str) -> Fix | None:
+    """A definition of something whose name is none: `my-rod`, or `2nd`."""
+    behind, ahead = text[max(0, before - 80) : before], text[place : place + 80]
+    name = None
+    if found == ":" and _DEFINES.match(ahead[1:]) and (dashed := re.search(r"(?<![\w.])[A-Za-z]\w*(-\w+)+$", behind)):
+        name, new = dashed[0], dashed[0].replace("-", "_")
+    elif (digits := re.search(r"(?<![\w.])\d+$", behind)) and (
+        word := re.match(r"([A-Za-z]\w*)\s*:\s*(?=[.'])", ahead)
+    ):
+        name, new = digits[0] + word[1], f"{word[1]}_{digits[0]}"
+    if name is None or place - before > (0 if found != ":" else 20):
+        return None
+    uses = [match.span() for match in re.finditer(rf"(?<![\w.]){re.escape(name)}(?!\w)", text)]
+    title = f"a name has letters, digits and `_`, a letter first: `{new}`"
+    return Fix(title, tuple(Edit(Span(*use), new) for use in uses))
 
 
 def _comma(text: str, before: int, place: int, behind: str, ahead: str) -> Fix | None:

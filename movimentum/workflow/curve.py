@@ -30,10 +30,10 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
     """
     from movimentum.proving.balls import NoBall, as_float, over
-    from movimentum.proving.chain import chain_of
     from movimentum.proving.curve import Late, curve_of
     from movimentum.proving.film import lowered
     from movimentum.proving.rings import TooMuch
+    from movimentum.proving.stretches import chain_of
     from movimentum.proving.tower import NotAlgebraic
     from movimentum.scene.model import AnchorCoordinate
 
@@ -52,6 +52,9 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     segment = next((s for s in motion.segments if s.segment.start < s.segment.end), motion.segments[0])
     length = float(segment.segment.end - segment.segment.start)
     wanted = [symbol(AnchorCoordinate(thing.number, number, axis)) for axis in (0, 1)]
+    more = f"`movimentum curve SCRIPT {anchor} --seconds {4 * seconds:g}`"
+    draws = f"`movimentum run SCRIPT --trace {anchor}` draws it"
+    helps = (more,)
     reason: str = "it takes too long; `--seconds` gives more time"
     for share in SHARES:
         try:
@@ -62,16 +65,17 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
             here = [as_float(over(chain.point.at(each.top), chain.point.at(each.bottom))) for each in (x, y)]
             return curve_of(chain, x, y, here, end)
         except NoBall as special:
-            reason = special.told
+            reason, helps = special.told, (draws,)
         except Late as late:
             reason = f"it takes more than {seconds:g} s; `--seconds` gives more time"
             reason += f" ({late})" if str(late) else ""
+            helps = (more,)
             break
         except (NotAlgebraic, TooMuch) as error:
-            reason = str(error) or "it takes too much work"
+            reason, helps = str(error) or "it takes too much work", (draws,)
             break
     message = f"no equation was found for the path of `{anchor}`: {reason}"
-    raise script_error("curve/unknown", message, f"`movimentum curve SCRIPT {anchor} --seconds {4 * seconds:g}`")
+    raise script_error("curve/unknown", message, *helps)
 
 
 def draw_curve(source: SourceText, choices: Choices, anchor: str, found: PathCurve, target: Path) -> Outcome:

@@ -5,23 +5,43 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from movimentum.analysis.diagnose.meshing import PLAY, Meshing, meshings
-from movimentum.expressions import ZERO, Expr, add, as_stated, call, const, div, mul, named_origins, sub, symbol
-from movimentum.expressions.expr import Occurring
+from movimentum.expressions import (
+    ZERO,
+    Expr,
+    Occurring,
+    StatedNumber,
+    add,
+    as_stated,
+    call,
+    const,
+    div,
+    mul,
+    named_origins,
+    sub,
+    symbol,
+)
+from movimentum.records import fields
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.things.kinds.toothed import RACK
 
 
 def conditions(scene: Scene, motion: PathMotion) -> Iterator[Expr]:
-    """Expressions of the scene that have a value, and are not negative, where `solve` begins: constants are finite, and
-    gears that mesh all the time have the distance at which their teeth fit.
+    """Expressions of the scene that have a value, and are not negative, where `solve` begins: constants are finite,
+    radii and the like positive, and gears that mesh all the time have the distance at which their teeth fit.
     """
     for constant in scene.constants:
         for each in constant.value:
             value = each.computed
             if isinstance(value, Expr) and named_origins(value) and _partial(value):
                 yield mul(value, value)
-    always = set.intersection(*({one.number for one in each.segment.active} for each in motion.segments))
+    for thing in scene.things:
+        for record in (thing.own, thing.look):
+            for each in (getattr(record, one.name) for one in fields(record)):
+                if isinstance(each, StatedNumber) and each.positive and named_origins(each.stated):
+                    yield each.stated
+    active = [{one.number for one in each.segment.active} for each in motion.segments]
+    always = active[0].intersection(*active[1:])
     for item in meshings(scene):
         if item.constraint.number in always:
             play = mul(const(PLAY), _module(item.first))

@@ -59,3 +59,20 @@ def test_the_driver_may_be_named_last_and_nothing_is_told_of_teeth_that_fit() ->
     assert told == {"A": pytest.approx(angles["A"])}
     assert abs(angles["A"]) == pytest.approx(9.0)
     assert notes_and_angles(f"{pair.replace('12, 4', '11, 4').replace('164', '162')} .mesh(A, B) = 0; @1")[0] == {}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_planet_that_is_drawn_anywhere_is_told_as_turned_as_it_is(seed: int) -> None:
+    """Once, though it is in mesh with two; where it is drawn does not count."""
+    made = random.Random(seed)
+    sun, planet = made.randint(10, 30), made.randint(9, 20)
+    ring, at = sun + 2 * planet, f"[{made.uniform(-300, 300)}, {made.uniform(-300, 300)}]"
+    told, angles = notes_and_angles(
+        f"""Ring : .gear({ring}, 4) .inner C = [0,0]; Sun : .gear({sun}, 4) C = [0,0] T = C + [9,0];
+        Planet : .gear({planet}, 4) C = {at} T = C + [9,0]; Arm : .bar C = [0,0] P = C + [{2 * (sun + planet)},0];
+        @0 Ring.C = [0,0]; Ring.angle = 0; Sun.C = Ring.C; Arm.C = Ring.C; Planet.C = Arm.P; Sun.angle = 90*.t;
+        .mesh(Sun, Planet) = 0; .mesh(Ring, Planet) = 0; @1"""
+    )
+    turn = angles["Planet"]
+    small = {"Planet": pytest.approx(turn, rel=1e-5)} if 1e-5 < abs(turn) <= 180.0 / planet + 1e-6 else {}
+    assert told == small

@@ -59,3 +59,26 @@ def test_a_word_behind_a_statement_is_an_option_that_there_is_not(statement: str
     word = statement.split(".")[-1]
     assert (error.code, error.message) == ("syntax/unknown-option", f"there is no option `.{word}` for {kind}")
     assert "leave it out" in error.helps
+
+
+@pytest.mark.parametrize("speed", [90, -35])
+@pytest.mark.parametrize("stated", ["Rod.angle = 0;", "Rod.A.y = 100;", "Rod.angle = Crank.angle;"])
+def test_no_length_ends_what_contradicts_only_later(speed, stated):
+    """They agree at first: another length would make them agree at one other moment."""
+    found = mv.loads(
+        f"""Crank : .bar O = [100,100] P = O + [40,0];   Rod : .bar A = [0,0] B = A + [130,0];
+        @0 Crank.O = [100,100];  Crank.angle = {speed}*.t;  Rod.A = Crank.P;  Rod.B = [_, 100];  {stated}
+        @1"""
+    ).diagnostics
+    told = [item for item in found if "agree at first" in item.message]
+    assert told
+    assert not [text for text in told[0].helps if " long " in text]
+    assert not [fix.title for fix in told[0].fixes if " long " in fix.title]
+
+
+@pytest.mark.parametrize(
+    "statement", ["A.angle = A.angle + 1;", "A.P = A.P + [0,2];", "x = x - 3;", "2*x + 1 = x + x;"]
+)
+def test_what_can_never_hold_contradicts_itself(statement):
+    found = mv.loads(f"A : .bar O = [0,0] P = [50,0]; @0 A.O = [0,0]; {statement} @1").diagnostics
+    assert found[0].message.startswith("1 constraint contradicts itself"), found[0].message

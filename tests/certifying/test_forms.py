@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from movimentum.certifying.forms import NOT_ENCLOSED, Forms, TimeForm, rational
+from movimentum.certifying.forms import OF_OUTLINES, Forms, TimeForm, rational
 from movimentum.expressions.operations import OPERATIONS
 
 COUNT = 40
@@ -38,7 +38,7 @@ TRUTH: dict[str, Callable[..., Any]] = {
     "ease": lambda a: (lambda u: u * u * (3 - 2 * u))(min(max(a, mpf(0)), mpf(1))),
     "le": lambda a, b, v, w: v if a <= b else w,
 }
-NOT_HERE = NOT_ENCLOSED | {"pow", "table", "nearest"}  # see test_tables, test_nearest
+NOT_HERE = OF_OUTLINES | {"pow", "table"}  # see test_tables, test_nearest
 SMALL = {"asind", "acosd", "ease", "exp"}
 
 

@@ -217,3 +217,29 @@ def test_a_hidden_ground_leaves_a_support_out() -> None:
     text = ".config(10,200,100) .theme('textbook'); R : .bar A=[40,40] B=[90,40]; MORE @0 R.A=[40,40]; R.angle = 0;"
     count = [len(mv.loads(text.replace("MORE", more)).scene.grounds) for more in ("", "No : .ground R.A .hidden;")]
     assert count == [1, 0]
+
+
+@pytest.mark.parametrize("text", ["A", "a long name of a pin", "P = ({R.B.x:.0f}, {R.B.y:.0f})"])
+@pytest.mark.parametrize(("wide", "high"), [(300, 300), (420, 260), (260, 420)])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_label_that_finds_a_place_is_on_the_canvas(text: str, wide: int, high: int, seed: int) -> None:
+    """Wherever there is one: the anchors are anywhere on it, and each point has more room on one of its sides."""
+    at = np.random.default_rng([seed, wide]).uniform(20.0, [wide - 20.0, high - 20.0])
+    scene, poses = solved(
+        f""".config(10, {wide}, {high});
+        R : .bar A = [0,0] B = A + [9,0] .width(2);   N : .label('{text}') R.A {".leader" * (seed % 2)};
+        @0  R.A = [{at[0]},{at[1]}];  R.angle = 20*.t;  @2"""
+    )
+    drawn = compose(scene, PictureOptions())
+    (mark,) = [
+        each
+        for each in settled(drawn.things, scene, (poses,), PictureOptions())
+        if isinstance(each, SymbolMark) and each.kind.word == "label"
+    ]
+    words = caption(mark, poses)
+    assert words is not None
+    for place, letters in zip(words.place, words.texts, strict=True):
+        half = np.array([free_places.broad(letters, mark.size) / 2.0, mark.size / 2.0])
+        shift = half * [{"left": 1.0, "right": -1.0}.get(words.align, 0.0), 0.0]
+        assert np.all(place + shift - half > -0.5)
+        assert np.all(place + shift + half < [wide + 0.5, high + 0.5])

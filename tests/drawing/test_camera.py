@@ -14,7 +14,7 @@ from PIL import Image
 
 import movimentum as mv
 from movimentum.analysis.live import with_numbers
-from movimentum.drawing.camera import camera
+from movimentum.drawing.camera import _outer, camera  # pyright: ignore[reportPrivateUsage]
 from movimentum.drawing.options import PictureOptions
 from movimentum.errors import ScriptError
 from movimentum.geometry import View
@@ -190,3 +190,20 @@ def test_poses_without_numbers_show_no_inset_and_no_camera(tmp_path: Path) -> No
     bare = motion.poses(0, 4)
     painter = make_painter(motion.timeline.scene, bare, PictureOptions(motion=motion.path))
     assert painter.frame(bare, 2).size == (360, 260)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_lines_to_an_inset_leave_both_rectangles_on_one_side(seed: int) -> None:
+    """Of any breadth and height, in any direction, as far apart as a corner."""
+    made = np.random.default_rng(seed)
+    sides, zoom = made.uniform(20.0, 200.0, 2), made.uniform(1.2, 8.0)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) - 0.5
+    frame = made.uniform(-300.0, 300.0, (50, 1, 2)) + corners * sides
+    detail = corners * sides / zoom
+    apart = (np.abs(frame.mean(axis=1)) > (0.5 + 0.5 / zoom) * sides).any(axis=1)
+    inside = np.broadcast_to(detail, frame.shape)
+    for side, sign in zip(_outer(frame, inside), (1.0, -1.0), strict=True):
+        begin, end = (np.take_along_axis(each, side[:, None, None], axis=1)[:, 0] for each in (inside, frame))
+        way, rest = end - begin, np.concatenate([frame, inside], axis=1) - begin[:, None]
+        across = sign * (way[:, None, 0] * rest[..., 1] - way[:, None, 1] * rest[..., 0])
+        assert (across[apart] >= -1e-9 * 300.0**2).all()

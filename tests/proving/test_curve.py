@@ -21,7 +21,8 @@ ON_IT = 1e-9
 
 
 def script(name):
-    return SourceText(f"{name}.mov", (ROOT / "scripts" / f"{name}.mov").read_text(encoding="utf-8"))
+    path = ROOT / "scripts" / f"{name}.mov"
+    return SourceText(str(path), path.read_text(encoding="utf-8"))
 
 
 def off(source, anchor, equation, count=40):

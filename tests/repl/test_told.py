@@ -59,6 +59,17 @@ def test_a_session_is_recorded_and_asked_again(crank, tmp_path):
     assert crank.read_text() == CRANK.replace("[20,0]", "[21,0]")
 
 
+def test_every_command_is_answered_alike_when_it_is_asked_again(crank, tmp_path):
+    """Whatever the answers look like: `list` marks lines as questions are marked."""
+    record = tmp_path / "session.txt"
+    asked = [name for name in COMMANDS if name not in ("edit", "write", "read", "picture", "wiggle", "certify")]
+    lines = ["at 1/2", "list", "list 1-2", "show x", *asked, "x = 40;", "list", "check", "undo", *asked]
+    movimentum("repl", crank, "--record", record, stdin="\n".join(lines), cwd=tmp_path)
+    assert record.read_text().count("\n> ") >= len(lines) - 1
+    done = movimentum("repl", crank, "--replay", record, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, f"the answers are those of {record}\n")
+
+
 @broad("argument", [" ]", "", " -- 9 'x", " Rod.B.x"], first=1)
 def test_every_command_can_be_asked_without_arguments_and_with_wrong_ones(crank, tmp_path, argument):
     lines = "\n".join(f"{name}{argument}" for name in COMMANDS if name not in ("edit",))

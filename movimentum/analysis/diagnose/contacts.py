@@ -31,14 +31,14 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
     for segment_motion in motion.segments:
         segment = segment_motion.segment
         for item in segment.active:
-            if not item.touches or item.number in told or not _is_gap(item):
+            if not item.touches or item.number in told or not item.gap_side:
                 continue
             end = min(segment.end, motion.timeline.end)
             steps = INSTANTS if end > segment.start else 0
             times = [segment.start + (end - segment.start) * Fraction(k, max(1, steps)) for k in range(steps + 1)]
             poses = motion.poses_at(times)
-            (read,) = reader(scene, [sub(item.left[0], item.right[0])])(poses)
-            off: FloatArray = np.where(poses.solved, read, np.nan)
+            (read,) = reader(scene, [sub(item.left[0], item.right[0])], motion)(poses)
+            off: FloatArray = np.where(poses.solved, item.gap_side * read, np.nan)
             below: list[int] = np.nonzero(off < -OVERLAP_TOLD * motion.segments[0].plan.size)[0].tolist()
             if below:
                 told.add(item.number)
@@ -51,11 +51,6 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
                 if (undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}")) is not None:
                     told.add(item.number)
                     yield undercut
-
-
-def _is_gap(item: Constraint) -> bool:
-    """Whether it is only about a gap."""
-    return item.key.startswith(".gap(") and item.key.find(")") == len(item.key) - 1
 
 
 def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:

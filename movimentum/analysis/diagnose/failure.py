@@ -15,7 +15,7 @@ from movimentum.analysis.diagnose.runaway import runaway
 from movimentum.analysis.diagnose.tables import table_left
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
-from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.planning.structure.rates import reader_of
 from movimentum.records import replace
 from movimentum.scene.model import Constraint, Scene, Thing
 from movimentum.scene.text_edits import added, turned_round
@@ -114,7 +114,7 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
     at_once = trouble.begin <= AT_ONCE * length
     if conflict is not None:
         code = "constraint/conflict" if at_once else "solve/unreachable"
-        told = _contradiction(segment_motion, conflict, tau, code)
+        told = _contradiction(segment_motion, conflict, tau, code, lasting=False)
     else:
         told = Diagnostic(
             code="solve/unreachable",
@@ -186,7 +186,10 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
     return True
 
 
-def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str) -> Diagnostic:
+def _contradiction(
+    segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str, *, lasting: bool = True
+) -> Diagnostic:
+    """What contradicts; unless it is ``lasting``, another length would help at this one moment only."""
     scene = segment_motion.plan.system.scene
     chosen = [c for c in (constraint_of(segment_motion, n) for n in conflict.constraints) if c is not None]
     when = _at(segment_motion, tau)
@@ -210,17 +213,14 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
                 first, second = (f"{thing.name}.{anchor.name}" for anchor in thing.anchors)
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
-                if t in offered:
+                if t in offered and lasting:
                     helps += so_long(scene, thing, round(factor * now, 6), now)  # usually what the script means
                     others += so_long(scene, thing, factor * now, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
-    if last is not None:
-        helps.append("change or drop one of these constraints")
-    involved = len(chosen)
     headline = (
-        f"{counted(involved, 'constraint')} contradict{'s' if involved == 1 else ''}"
-        + (" each other" if involved > 1 else " what is rigid")
+        f"{counted(len(chosen), 'constraint')} contradict{'s' if len(chosen) == 1 else ''}"
+        + (" each other" if len(chosen) > 1 else " what is rigid" if conflict.things else " itself")
         + (
             f" in step @{_at(segment_motion, 0.0)}"
             if code == "constraint/conflict"
@@ -237,7 +237,7 @@ def _contradiction(segment_motion: SegmentMotion, conflict: Conflict, tau: float
         labels=tuple(labels),
         notes=(f"smallest conflicting set{rest}",),
         fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
-    ).advised(*helps)
+    ).advised(*helps, *(("change or drop one of these constraints",) if chosen else ()))
 
 
 def _defined(scene: Scene, thing: Thing) -> Span:
@@ -352,52 +352,3 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),
     )
-
-
-def untold_rate(scene: Scene, error: RateError) -> Diagnostic:
-    """A derivative that nothing tells."""
-    constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
-    who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
-    code, message, help_ = _UNTOLD[error.trouble]
-    return Diagnostic(
-        code=f"constraint/{code}",
-        severity=Severity.ERROR,
-        message=message.format(who=who),
-        span=constraint.span if constraint else None,
-        helps=(help_,),
-    )
-
-
-_UNTOLD = {
-    RateTrouble.CYCLE: (
-        "cyclic-derivative",
-        "this derivative depends on itself",
-        "state the equation with `.i(…)` instead: `x = 5 - .i(x)`",
-    ),
-    RateTrouble.FED_BACK: (
-        "cyclic-derivative",
-        "{who} depends on its own velocity",
-        "take the derivative of something that this statement does not move",
-    ),
-    RateTrouble.HIGHER: (
-        "no-acceleration",
-        "{who} has a velocity, but no acceleration",
-        "`.d(.d(…))` needs a motion that equations determine, or one that only trails, not one that follows a wish",
-    ),
-    RateTrouble.FLOWING: (
-        "no-velocity",
-        "the velocity of {who} is unknown, because it depends on an integral",
-        "determine what is still free, or leave the integral out",
-    ),
-    RateTrouble.PUSHED: (
-        "no-acceleration",
-        "{who} has a velocity, but no acceleration: something pushes it",
-        "`.d(…)` of it, once, is known",
-    ),
-    RateTrouble.DEMANDED: (
-        "demanded-velocity",
-        "this says how fast {who} should be, but `.d(…)` only tells how fast it is",
-        "a wish moves it (`… ~ […] .speed(20);`), and so does an equation with `.i(…)`",
-    ),
-}
-"""By what is wrong with a derivative: a code, a message and a help."""

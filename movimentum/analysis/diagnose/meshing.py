@@ -48,6 +48,16 @@ class Meshing:
         quotient = self.second.toothed.teeth / self.first.toothed.teeth
         return quotient if self.first.toothed.inner else -quotient
 
+    @property
+    def drawn_in_mesh(self) -> bool:
+        """Whether both are drawn where their teeth can touch; elsewhere, the drawing tells nothing of rolling."""
+        x, y = np.subtract(self.second.anchors[0].local, self.first.anchors[0].local)
+        along = math.radians(self.first.tooth_direction)
+        apart = math.hypot(x, y)
+        if self.first.kind is RACK:
+            apart = math.cos(along) * y - math.sin(along) * x
+        return abs(apart - self.fitting) <= PLAY * self.first.toothed.module
+
     def added_deg(self, poses: Poses) -> float:
         """The turn of the second at the first pose beyond what rolling from where all is drawn would give it."""
         t1, t2 = (float(poses.angle[each.number][0]) for each in (self.first, self.second))
@@ -99,6 +109,7 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
     scene = motion.timeline.scene
     rest = {item.constraint.number: item for item in meshings(scene)}
+    told: set[int] = set()
     for segment_motion in motion.segments:
         here = [rest.pop(item.number) for item in segment_motion.segment.active if item.number in rest]
         if not here:
@@ -109,7 +120,12 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
             if abs(poses.angle[item.second.number][0]) <= TURNED_DEG:
                 turned, other = other, turned
                 added *= -item.ratio
+            if not item.drawn_in_mesh and turned.kind is not RACK:
+                added = float(poses.angle[turned.number][0])
+                if turned.number in told or abs(added) > 180.0 / turned.toothed.teeth + TURNED_DEG:
+                    continue  # by another statement
             if abs(added) > TURNED_DEG and turned.kind is not RACK:
+                told.add(turned.number)
                 message = f"`{turned.name}` is turned by {number(added, 6)} degrees, so that its teeth fit"
                 yield Diagnostic(
                     code="mesh/fitted",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from movimentum.analysis.diagnose.reach import constraint_of
 from movimentum.analysis.happenings import ContactEvent, contact_events
 from movimentum.diagnostics import Diagnostic, Label, Severity
@@ -14,6 +16,7 @@ from movimentum.solver.pushing.overlap import Overlapping
 from movimentum.solver.pushing.phases import MOST_EVENTS
 from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
+from movimentum.solver.start.rejections import Rejection
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import SAME_INSTANT
 
@@ -29,6 +32,10 @@ def push_failure(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
         if not selector.pushes or found is None:
             return None
         return _driven(segment_motion, found, trouble.begin), 3
+    rejected = () if trouble.selection is None else trouble.selection.rejections
+    for rejection in rejected:
+        if rejection.selector is not None and (found := _driven_overlap(segment_motion, rejection, trouble)):
+            return found, 1
     track = _track_of(segment_motion, trouble)
     if track is None:
         return None
@@ -81,6 +88,25 @@ def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -
         span=constraint.span,
         notes=("everything in it is driven by equations",),
         helps=("leave one of these equations out, or drive one thing less far",),
+    )
+
+
+def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, trouble: Failure) -> Diagnostic | None:
+    """What is driven, and overlaps as it begins to push."""
+    selector = segment_motion.plan.system.selectors[rejection.selector or 0]
+    constraint = constraint_of(segment_motion, selector.constraint)
+    if not selector.pushes or constraint is None or not constraint.gaps:
+        return None
+    things = segment_motion.plan.system.scene.things
+    one, other = (things[side.thing].name for side in constraint.gaps[0])
+    by = f" by {number(abs(rejection.amount))}" if np.isfinite(rejection.amount) else ""
+    return Diagnostic(
+        code="contact/start",
+        severity=Severity.ERROR,
+        message=f"`{one}` and `{other}` overlap{by} at t = {_at(segment_motion, trouble.begin)}, as they push",
+        span=constraint.span,
+        notes=("everything in it is driven by equations, so that nothing can give way",),
+        helps=("drive one of them elsewhere, or leave it free",),
     )
 
 

@@ -197,6 +197,16 @@ def _pose_of(plan: Plan) -> dict[int, tuple[int | None, ...]]:
     return {body.thing: (body.x, body.y, body.c, body.s) for body in plan.bodies}
 
 
+@lru_cache(maxsize=8)
+def _measured_by(plan: Plan) -> dict[int, list[int]]:
+    """By an unknown, those that are measured of it."""
+    found: dict[int, list[int]] = {}
+    for name, of in plan.measured.items():
+        for n in symbol_numbers(of):
+            found.setdefault(n, []).append(unknown_number(name.payload))
+    return found
+
+
 def _moved(
     plan: Plan, one: State, speeds: dict[int, float], thing: int
 ) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
@@ -233,7 +243,7 @@ def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bo
         here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
         moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
     fast = {n for n, speed in speeds.items() if abs(speed) > SEEMS_ZERO * largest}
-    measured = (unknown_number(name.payload) for name, of in plan.measured.items() if symbol_numbers(of) & fast)
+    measured = sorted({name for n in fast for name in _measured_by(plan).get(n, ())})
     variables = tuple(
         system.unknowns[n].name
         for n in (*(n for n in speeds if n in fast), *measured)

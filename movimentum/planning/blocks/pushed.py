@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import ZERO, Expr, substitute, symbol
+from movimentum.expressions import ZERO, Expr, add, const, mul, sub, substitute, symbol, walk
 from movimentum.outlines.contour import Contour, put_in, slope
 from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of, united
 from movimentum.planning.blocks.kinds import Block, Free, Pushing
@@ -25,7 +25,7 @@ from movimentum.planning.structure.graph import groups as connected
 from movimentum.planning.structure.graph import strong_components
 from movimentum.planning.structure.metric import metric_of
 from movimentum.records import fields, replace
-from movimentum.scene.model import GapSide, Thing
+from movimentum.scene.model import AnchorCoordinate, GapSide, Relation, Thing, ThingAngle
 from movimentum.scene.outlines import pieces_of, rings_of
 from movimentum.things.kinds.sprite import SpriteImage
 
@@ -152,11 +152,44 @@ def selecting(system: System, groups: Sequence[Group]) -> System:
     """``system`` in which what pushes nothing, because it is about what is driven, is an inequality that must hold."""
     inside = {n for group in groups if group.pushed for n in group.unknowns}
     more = tuple(
-        Inequality(push.value, push.constraint, pushes=True)
+        Inequality(value, push.constraint, pushes=True)
         for push in system.pushes
-        if push.rate is None and not push.pairs and inside.isdisjoint(push.reads)
+        if push.rate is None and inside.isdisjoint(push.reads)
+        if (value := _distance(system, push) if push.pairs else push.value) is not None
     )
     return replace(system, selectors=(*system.selectors, *more)) if more else system
+
+
+def _distance(system: System, push: Push) -> Expr | None:
+    """What must not be negative of a gap of things that are driven, as one value; None if some of them are not there
+    yet.
+    """
+    constraint = next(each for each in system.segment.active if each.number == push.constraint)
+    if constraint.gaps != push.pairs:
+        return None
+    (gap,) = constraint.left if constraint.relation is Relation.ABOVE else constraint.right
+    things = system.scene.things
+
+    def pose(thing: int) -> tuple[Expr, ...]:
+        numbers, frame = [system.number_of.get(part(thing)) for part in _POSE], system.frame(thing)
+        (ox, oy), (ax, ay) = frame.origin, frame.axis
+        still = ox - system.shift[0], oy - system.shift[1], ax, ay
+        return tuple(const(v) if n is None else symbol(n) for n, v in zip(numbers, still, strict=True))
+
+    def put(node: Expr) -> Expr | None:
+        if isinstance(node.payload, AnchorCoordinate):
+            (x, y, c, s), thing = pose(node.payload.thing), node.payload.thing
+            dx, dy = map(const, system.frame(thing).local(things[thing].anchors[node.payload.anchor].local))
+            if node.payload.axis == 0:
+                return add(x, sub(mul(c, dx), mul(s, dy)))
+            return add(y, add(mul(s, dx), mul(c, dy)))
+        if node.op in ("cosd", "sind") and isinstance(node.args[0].payload, ThingAngle):
+            thing = node.args[0].payload.thing
+            return system.frame(thing).turn_of(*pose(thing)[2:])[node.op == "sind"]
+        return None
+
+    known = {node: value for node in walk(gap) if (value := put(node)) is not None}
+    return add(substitute(gap, lambda _: None, known), push.value)
 
 
 # --- a block

@@ -91,7 +91,7 @@ def expand(
         expansion.body(body, expansion.strand(scope))
     except TooMany:
         return Expanded(unfolding.text(), (), (), (StepAt(Fraction(0), Span(0, 0)),), ())
-    findings.constants = tuple(scope.constants)
+    findings.constants, findings.things = tuple(scope.constants), frozenset(scope.entries)
     named = tuple(expansion.named(scope.constants.values()))
     steps, statements, early = expansion.in_order()
     if added:

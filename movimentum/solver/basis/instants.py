@@ -31,9 +31,11 @@ def at_offsets(starts: Sequence[Fraction], segment_start: Fraction, tau: FloatAr
 
 def at_times(starts: Sequence[Fraction], segment_start: Fraction, times: Sequence[Fraction]) -> Instants:
     """Instants at exact times: each clock is the exact difference, rounded once."""
+    ratios = [(time.numerator, time.denominator) for time in times]
 
     def since(start: Fraction) -> FloatArray:
-        return np.array([float(time - start) for time in times], dtype=np.float64)
+        n, d = start.numerator, start.denominator
+        return np.array([(p * d - n * q) / (q * d) for p, q in ratios], dtype=np.float64)  # whole numbers: rounded once
 
     return Instants(since(segment_start), tuple(since(start) for start in starts))
 

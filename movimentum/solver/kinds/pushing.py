@@ -19,7 +19,7 @@ from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, 
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
-from movimentum.solver.pushing.contacts import Contacts
+from movimentum.solver.pushing.contacts import Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.phases import followed
 from movimentum.solver.pushing.start import pushed_apart
@@ -73,7 +73,7 @@ class PushingKernel(Kernel[Pushing]):
         begins = np.array([phase.begin for phase in track.phases])
         of_phase = np.clip(np.searchsorted(begins, instants.tau, side="right") - 1, 0, len(begins) - 1)
         x, good = guess.copy(), np.zeros(len(guess), dtype=np.bool_)
-        contacts = Contacts(block)
+        contacts = contacts_of(block)
         for number in np.unique(of_phase):
             some = np.nonzero(of_phase == number)[0]
             own = problem.at(some, len(instants))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -223,6 +224,12 @@ class Contacts:
             return None
         gap: GapRow = self.rows.gaps[contact.gap]
         return gap.first.thing, gap.second.thing
+
+
+@lru_cache(maxsize=2048)
+def contacts_of(block: Pushing) -> Contacts:
+    """Those of a block, made once."""
+    return Contacts(block)
 
 
 _Side = tuple[IntArray, tuple[tuple[IntArray, IntArray, IntArray], ...]]

@@ -17,7 +17,7 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
 from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
-from movimentum.solver.pushing.contacts import Contacts, Lines, PartPair
+from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
@@ -34,7 +34,7 @@ class PushCourse:
 
     def __init__(self, block: Pushing, plan: Plan, probe: Probe, nodes: FloatArray, scale: FloatArray) -> None:
         self.block, self.plan, self.probe, self.scale = block, plan, probe, scale
-        self.contacts = Contacts(block)
+        self.contacts = contacts_of(block)
         self.differences = FreeVelocity(block, plan, probe, nodes)
         self.law: Law = self.differences.law
         self.closed = PUSH_CLOSED * plan.size

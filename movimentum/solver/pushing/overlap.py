@@ -127,14 +127,19 @@ class WholeGap:
             step = PUSH_LOOK * size
             slope: list[float] = []
             for axis in (0, 1):
-                moved = list(places[side])
-                moved[axis] += step
-                there = list(places)
-                there[side] = (moved[0], moved[1], moved[2])
-                slope.append((self.at(*there) + margin - value) / step)
+                both: list[float] = []
+                for way in (step, -step):  # on both sides: where one way is as good as the other, neither is taken
+                    moved = list(places[side])
+                    moved[axis] += way
+                    there = list(places)
+                    there[side] = (moved[0], moved[1], moved[2])
+                    both.append(self.at(*there))
+                slope.append((both[0] - both[1]) / (2.0 * step))
             length = math.hypot(*slope)
-            if not 0.1 < length < np.inf:
+            if not np.isfinite(length):
                 return None
+            if length < 0.1:  # as two circles with one centre: any way is as good
+                slope, length = [1.0, 0.0], 1.0
             x, y, turn = places[side]
             far = -value + PUSH_HOLDS * size
             places[side] = x + far * slope[0] / length, y + far * slope[1] / length, turn

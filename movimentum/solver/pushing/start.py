@@ -7,7 +7,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.pushing.contacts import RATE, Contacts
+from movimentum.solver.pushing.contacts import RATE, contacts_of
 from movimentum.solver.pushing.law import Instant, moved
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_OVERLAP, PUSH_SETTLED
 
@@ -22,7 +22,7 @@ def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: flo
 
     Steps of sequential quadratic programming (Nocedal & Wright, ch. 18).
     """
-    contacts = Contacts(block)
+    contacts = contacts_of(block)
     origin, metric = x, block.metric
     closed = PUSH_CLOSED * size
     for _ in range(STEPS):

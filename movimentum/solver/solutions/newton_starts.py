@@ -24,13 +24,17 @@ from movimentum.solver.block.scaling import relative_error
 from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
+from movimentum.solver.solutions.carried import carried_values, completed
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.tolerances import (
     EQUATION_MET_BY_A_START,
     EQUATION_NEARLY_MET_BY_A_START,
     FIRST_SOLUTION_NEAR,
     INEQUALITY_MET,
+    LEAST_DIVISOR,
     MOBILE_SOLUTION_MET,
+    MOBILE_SOLUTION_NEAR,
+    RANK_FOR_FREEDOM,
     ROUNDING_OF_A_START,
     SAME_ROOT,
 )
@@ -61,35 +65,6 @@ class Starts:
     effort: int = 1
 
 
-def carried_values(plan: Plan, block: Newton, carry: Carry) -> FloatArray:
-    """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
-    values = [carry.now.value(plan.system, n) for n in block.core]
-    return np.array([0.0 if v is None else v for v in values])
-
-
-def _completed(plan: Plan, problem: BlockProblem, carry: Carry, x: FloatArray) -> FloatArray:
-    """``x`` (n,) with what nothing drawn tells (the value of a `_`) set so that the unknowns that are eliminated come
-    out as they are carried, as nearly as can be.
-    """
-    block = problem.block
-    loose = [j for j, n in enumerate(block.core) if carry.now.value(plan.system, n) is None]
-    known = [(n, v) for n in block.targets if (v := carry.now.value(plan.system, n)) is not None]
-    if not loose or not known:
-        return x
-
-    def explicit(core: FloatArray) -> FloatArray:
-        there = problem.completed(core[None])
-        return np.array([first_of(there[n]) for n, _ in known])
-
-    now = explicit(x)
-    unit = np.eye(len(x))[loose]
-    slopes = np.stack([explicit(x + step) - now for step in unit], axis=1)
-    off = np.array([value for _, value in known]) - now
-    if not (np.isfinite(slopes).all() and np.isfinite(off).all()):
-        return x
-    return x + np.nan_to_num(least_squares(slopes, off)) @ unit
-
-
 def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSolutions | None = None) -> Starts:
     """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
     polynomial and small, all of them by homotopy.
@@ -104,7 +79,7 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
         near = NEXT if carry.shown else SAME_ROOT
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < near:
             return Starts([outcome.x[0]], True)
-    if block.rows == len(block.core) and _mobile(one, _completed(plan, one, carry, first)):
+    if block.rows == len(block.core) and _mobile(one, completed(plan, one, carry, first)):
         return Starts([], True)
     every = every or all_of(plan, block, scale)
     roots = every.at(one) if every.applicable else None
@@ -190,7 +165,7 @@ def begun_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts | Non
     full rank there and can move; None where it is none.
     """
     block, scale, one = problem.block, problem.scale, problem.first()
-    first = _completed(plan, one, carry, carried_values(plan, block, carry))
+    first = completed(plan, one, carry, carried_values(plan, block, carry))
     outcome = newton(one, first[None], iterations=6)
     if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < FIRST_SOLUTION_NEAR):
         return None
@@ -207,7 +182,17 @@ def _mobile(problem: BlockProblem, x: FloatArray) -> bool:
         core = (y * scale)[None]
         return problem.residual(core)[0], problem.jacobian(core)[0] * scale
 
-    return _error(problem, x) <= MOBILE_SOLUTION_MET and is_mobile(rows, x / scale)
+    return _error(problem, x) <= MOBILE_SOLUTION_MET and _is_near(problem, x) and is_mobile(rows, x / scale)
+
+
+def _is_near(problem: BlockProblem, x: FloatArray) -> bool:
+    """Whether core values ``x`` (n,) are next to a solution as far as their derivatives tell. Errors alone do not: a
+    variable that is a ratio is small beside the scene's size, in which it is measured.
+    """
+    slopes = problem.jacobian(x[None])[0]
+    columns = np.maximum(np.linalg.norm(slopes, axis=0), LEAST_DIVISOR)
+    step = least_squares(slopes / columns, problem.residual(x[None])[0], RANK_FOR_FREEDOM) / columns
+    return bool(np.max(np.abs(step) / problem.scale, initial=0.0) <= MOBILE_SOLUTION_NEAR)
 
 
 def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
