@@ -91,6 +91,7 @@ def test_an_escapement_steps_and_never_goes_back(solve_script: Solve) -> None:
     assert np.abs(wheel[30:] - wheel[5:-25] + 24.0).max() < 1e-7  # a tooth each second
 
 
+@pytest.mark.slow
 def test_a_geneva_wheel_rests_for_three_quarters(solve_script: Solve) -> None:
     """The pin pushes the wheel for (180 - 90)/360 of a turn, at most 1/(√2 - 1) times as fast as the crank turns. It
     has 0.5 px of play on each side; the wheel is drawn behind by that, so that it ends as it begins.
