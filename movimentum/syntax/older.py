@@ -143,7 +143,7 @@ def unit_of_time(text: str, before: int) -> Fix | None:
 def _misnamed(text: str, before: int, place: int, found: str) -> Fix | None:
     """A definition of something whose name is none: `my-rod`, or `2nd`."""
     behind, ahead = text[max(0, before - 80) : before], text[place : place + 80]
-    name = None
+    name, new = None, ""
     if found == ":" and _DEFINES.match(ahead[1:]) and (dashed := re.search(r"(?<![\w.])[A-Za-z]\w*(-\w+)+$", behind)):
         name, new = dashed[0], dashed[0].replace("-", "_")
     elif (digits := re.search(r"(?<![\w.])\d+$", behind)) and (

@@ -218,15 +218,11 @@ def _contradiction(
                     others += so_long(scene, thing, factor * now, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
-    headline = (
-        f"{counted(len(chosen), 'constraint')} contradict{'s' if len(chosen) == 1 else ''}"
-        + (" each other" if len(chosen) > 1 else " what is rigid" if conflict.things else " itself")
-        + (
-            f" in step @{_at(segment_motion, 0.0)}"
-            if code == "constraint/conflict"
-            else f" at t = {when}: there is no solution"
-        )
-    )
+    what = "each other" if len(chosen) > 1 else "what is rigid" if conflict.things else "itself"
+    where = f"at t = {when}: there is no solution"
+    if code == "constraint/conflict":
+        where = f"in step @{_at(segment_motion, 0.0)}"
+    headline = f"{counted(len(chosen), 'constraint')} contradict{'s' if len(chosen) == 1 else ''} {what} {where}"
     rest = f"; {counted(conflict.others, 'other constraint')} not involved" if conflict.others else ""
     return Diagnostic(
         code=code,
