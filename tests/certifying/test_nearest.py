@@ -1,6 +1,7 @@
 """Where an outline is nearest to a moving point, against points sampled and refined with SciPy."""
 
 import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -91,7 +92,9 @@ def test_bounds_on_distances_are_proved_where_they_hold_and_only_there(seed):
     motion = film(FILM.format(shape=shape, claim=">= -1000", **where))
     held = motion.timeline.claims[0]
     times = np.linspace(0.0, 2.0, 4001)
-    values = reader(motion.timeline.scene, held.claim.left)(motion.poses_at(times.tolist()))[0]
+    values = reader(motion.timeline.scene, held.claim.left)(
+        motion.poses_at([Fraction(time) for time in times.tolist()])
+    )[0]
     least = float(values.min())
     alone = least > 0.0 and seed % len(SHAPES) in CONVEX  # no two places are as near
     for slack, verdict in ((0.05, "proved"), (-0.05, "false")):
