@@ -16,7 +16,7 @@ from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.tracks import Choice, NodeTrack, Path, Track
 from movimentum.solver.free.rates import depths, extend
 from movimentum.solver.kinds.context import Beginning, Kernel
-from movimentum.solver.rates.pushed import extend_pushed
+from movimentum.solver.kinds.pushed_rates import extend_pushed
 
 
 class VelocityKernel(Kernel[Velocity]):

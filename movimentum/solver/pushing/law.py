@@ -51,7 +51,7 @@ class Instant:
     least: FloatArray
     rest: float = 0.0
     """How fast a value may change that stands still, by rounding."""
-    asked: dict[bytes, Whitened] = field(default_factory=dict)
+    asked: dict[bytes, Whitened] = field(default_factory=dict[bytes, "Whitened"])
 
     def without(self, gone: Sequence[int]) -> Instant:
         """The same without some of the inequalities, which keep their numbers."""

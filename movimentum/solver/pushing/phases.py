@@ -179,7 +179,8 @@ def _passed(
     ``before`` goes on, or else what has to be turned aside the least: nothing, if something there is not closing. And
     of the tips at which others, that push another way, would have to be turned aside no more, what holds.
     """
-    passed, open_ = set(left), []
+    passed = set(left)
+    open_: list[list[PartPair]] = []
     held = set(before)
     some = [sorted(tip - left) for tip in tips]
     for tip in some:
