@@ -135,7 +135,7 @@ def gathered(skins: Sequence[Skin]) -> Skin:
         np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")
     )
     bends = tuple(bend for skin in skins for bend in skin.bends)
-    return Skin(knobs, edges, bowls, bends, (0.0,) * 6)
+    return Skin(knobs, edges, bowls, bends, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @lru_cache(maxsize=256)

@@ -140,7 +140,8 @@ def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArra
     point, normal = np.zeros((count, 2)), np.zeros((count, 2))
     ends = np.cumsum([len(bend.first) for bend in skin.bends])
     which = np.searchsorted(ends, j, side="right")
-    for k in np.unique(which).tolist():
+    numbers: list[int] = np.unique(which).tolist()
+    for k in numbers:
         bend, places = skin.bends[k], np.nonzero(which == k)[0]
         begin = int(ends[k]) - len(bend.first)
         found = work(bend, j[places] - begin, places)

@@ -354,7 +354,8 @@ def _constraint(
         pin=pin_of(resolved, left[0], right[0]),
         gap_side=gap_side(resolved),
     )
-    yield solidified(constraint, resolved, context) if statement.option("pushes") is not None else constraint
+    pushes = isinstance(statement, Statement) and statement.option("pushes") is not None
+    yield solidified(constraint, resolved, context) if pushes else constraint
 
 
 def _warn_nothing_to_end(

@@ -20,7 +20,7 @@ from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of
 from movimentum.solver.block.newton import newton as newton_steps
-from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.problem import BlockProblem, Values
 from movimentum.solver.block.sizes import scale_of, track_scale
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
@@ -146,7 +146,7 @@ class _Rounding:
     def __init__(self, block: Ode, clocks: tuple[Fraction, ...]) -> None:
         self._derivatives, self._clocks = block.derivatives, clocks
 
-    def __call__(self, values: State, clocks: Sequence[FloatArray]) -> Sequence[Any]:
+    def __call__(self, values: State | Values, clocks: Sequence[FloatArray]) -> Sequence[Any]:
         """One for each state, of arrays that broadcast."""
         return code_of([rounded(each) for each in self._derivatives], self._clocks)(values, clocks)
 

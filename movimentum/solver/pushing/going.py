@@ -96,10 +96,11 @@ class Going:
         speeds, turns = np.hypot(x1 - x0, y1 - y0) / ahead, np.abs(now[2] * later[3] - now[3] * later[2]) / ahead
         a, b = bodies.first, bodies.second
         fast = np.maximum(speeds[a] + speeds[b], LEAST_DIVISOR)
-        near = TURN / np.maximum(np.maximum(turns[a], turns[b]), LEAST_DIVISOR)
+        alone = TURN / np.maximum(np.maximum(turns[a], turns[b]), LEAST_DIVISOR)
         one, other = bodies.around[a, 2], bodies.around[b, 2]
-        smaller = np.where(np.minimum(one, other) > 0.0, np.minimum(one, other), np.maximum(one, other))
-        near = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(near, WAY * smaller / fast), near)
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        smaller = np.asarray(np.where(low > 0.0, low, high), dtype=np.float64)
+        near: FloatArray = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(alone, WAY * smaller / fast), alone)
         return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
 
     def _poses(self, tau: float, x: FloatArray) -> FloatArray:
