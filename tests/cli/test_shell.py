@@ -252,7 +252,7 @@ def test_names_of_files_are_completed(name: str, room: Path) -> None:
 
 def test_kinds_examples_and_shells_are_completed(room: Path) -> None:
     assert completed(room, "new", "cra") == ["plain,crank"]
-    assert completed(room, "examples", "--only", "wal") == ["plain,walschaerts"]
+    assert completed(room, "examples", "--only", "wals") == ["plain,walschaerts"]
     assert completed(room, "completion", "z") == ["plain,zsh"]
     assert completed(room, "explain", "wish/b") == ["plain,wish/blocked"]
     assert completed(room, "comp") == ["plain,completion"]

@@ -286,7 +286,6 @@ def _cut_pixels(text: str, folder: Path, size: tuple[int, int], beyond: int) -> 
     [
         "W : 'w.png' O=[30,30]; .let far = 30;",
         "W : .bar O=[0,0] Q=O+[20,0]; L : .label('long {{.t:.5f}}') W.O .offset(9, 4); .let far = 94;",
-        "W : .bar O=[0,0] Q=O+[20,0]; L : .label('auto') W.O; .let far = 40;",
         "W : .bar O=[0,0] Q=O+[0,50] .width(4); D : .dimension W.O W.Q .offset(-30); .let far = 38;",
         "W : .bar O=[0,0] Q=O+[-9,0] .width(4) .pins(7); .let far = 8;",
     ],

@@ -15,6 +15,7 @@ from movimentum.planning.blocks.kinds import Assign, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
+from movimentum.scene.leaves import ContactPlace
 from movimentum.solver.basis.memory import answered
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
@@ -120,7 +121,9 @@ def seeds_of(first: FloatArray) -> int:
 
 
 def scattered_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
-    """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where they were."""
+    """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where
+    they were, contacts anywhere on their outlines.
+    """
     generator = np.random.default_rng(20121)
     starts = np.repeat(first[None], seeds, axis=0)
     angles: dict[int, FloatArray] = {}
@@ -131,6 +134,10 @@ def scattered_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatA
                 angles[payload.thing] = generator.uniform(0.0, 2.0 * np.pi, seeds)
             turn = angles[payload.thing]
             starts[1:, j] = (np.cos(turn) if isinstance(payload, PoseCos) else np.sin(turn))[1:]
+        elif isinstance(payload, ContactPlace):  # somewhere on its outline: beyond an open one there is nothing
+            outline = payload.touch.outline
+            low, length = (0.0, outline.length) if payload.along else (outline.first, outline.period)
+            starts[1:, j] = generator.uniform(low, low + length, seeds - 1)
         else:
             starts[1:, j] += scale[j] * generator.normal(0.0, 1.0, seeds - 1)
     return starts
