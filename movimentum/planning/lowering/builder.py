@@ -247,6 +247,8 @@ class SystemBuilder:
                 return node.args[0]
             return ZERO
 
+        for number in sorted(symbol_numbers(expr)):  # in the same order in all variants of a script
+            self.rate(number)
         # as time goes on; where it ends, as it came there
         since, last = self.segment.start, self.scene.steps[-1].time
         toward = call("le", ratio(last - since), clock(since), neg(ONE), ONE)
