@@ -71,6 +71,7 @@ def test_thumbnails_move_and_a_click_opens_and_plays(opened: Opened) -> None:
     place = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov")).index("four-bar")
     card = tab.testid(f"gallery-{place}")
     tab.page.wait_for_function("() => document.querySelectorAll('#start canvas[data-moves=true]').length > 5")
+    card.scroll_into_view_if_needed()  # only what is seen moves
     tab.page.wait_for_function(
         f"() => document.querySelector('[data-testid=gallery-{place}] canvas').dataset.frame > 2"
     )
