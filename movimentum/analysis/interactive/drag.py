@@ -8,11 +8,11 @@ from itertools import islice
 
 import numpy as np
 
-from movimentum.analysis.freedom.frozen import HeldBlock, drawn_by, held_block
+from movimentum.analysis.freedom.frozen import HeldBlock, PushedBlock, drawn_by, held_block
 from movimentum.analysis.interactive.placing import Placing
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Free, Pushing, simultaneous
+from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
@@ -70,14 +70,12 @@ class Grip:
         self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
         self._target = np.zeros(len(values))
         self._begin = np.zeros(len(values))
-        self._whole = True
         reads = symbol_numbers(*values)
         found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
         block = None if found is None else simultaneous(found)
         self._held: HeldBlock | None = None
         self._placing: Placing | None = None
         if isinstance(block, Free):
-            self._whole = not isinstance(block, Pushing)
             drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
             watched = None
             if drawn.wishes is not None:
@@ -94,7 +92,7 @@ class Grip:
         chosen = range(len(self._target)) if places is None else places
 
         def errors(u: State, k: Sequence[FloatArray], g: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
-            left = 0.0 if self._whole else 1.0 - k[-1]
+            left = 1.0 - k[-1] if isinstance(self._held, PushedBlock) else 0.0
             wanted = [self._target[i] - left * (self._target[i] - self._begin[i]) for i in chosen]
             return tuple(value - there for value, there in zip(function(u, k, g), wanted, strict=True))
 
@@ -146,7 +144,7 @@ class Grip:
         off = held.off(self.x)
         if off <= ARRIVED * size:
             return
-        if not self._whole:
+        if isinstance(held, PushedBlock):
             yield from self._ways(self._target, steps, nearly)
             return
         for y in islice(held.pulled(self.x, steps), steps):
