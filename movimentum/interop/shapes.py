@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.figures import FIGURES, drawn_points
-from movimentum.drawing.parts import PartForm, Point, hull
+from movimentum.drawing.parts import PartForm, Point
+from movimentum.geometry import hull
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
 from movimentum.things.kinds.body import Composite

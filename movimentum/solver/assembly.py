@@ -138,8 +138,7 @@ class Assembly:
         for number in segment_motion.segment.visible:
             self.visible[number, where] = True
         self._note_missing(segment_motion, where)
-        begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-        of_piece = np.searchsorted(begins, instants.tau, side="right")
+        of_piece = segment_motion.piece_numbers(instants.tau)
         offset = int(where.start)
         only = segment_motion.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
         if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
@@ -148,15 +147,12 @@ class Assembly:
             if bad.any():
                 self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, segment_motion)
             return
-        for number in distinct(of_piece):
-            chosen = np.nonzero(of_piece == number)[0]
-            piece = segment_motion.pieces[int(number)]
+        for piece, chosen, part in segment_motion.by_piece(instants):
             places = offset + chosen
             if isinstance(piece, Unsolved):
                 self._fill_moment(places, piece.carry.now)
                 self.solved[places] = False
                 continue
-            part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
             state, bad = self._evaluated(piece, part)
             self._fill(places, piece.plan, state, segment_motion.base.now)
             if bad.any():

@@ -20,7 +20,7 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
-from movimentum.tolerances import AS_DRAWN, ONE_SOLUTION, SAME_INSTANT
+from movimentum.tolerances import AS_DRAWN, ONE_SOLUTION
 
 
 def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
@@ -143,10 +143,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 
 def _states(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
-    piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
-        None,
-    )
+    piece = segment_motion.piece_from(beginning.time)
     if piece is None:
         return []
     with np.errstate(all="ignore"):

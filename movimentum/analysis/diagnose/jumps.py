@@ -13,11 +13,10 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.source import Span
 from movimentum.text import number, time_text
-from movimentum.tolerances import LEAST_JUMP, SAME_INSTANT
+from movimentum.tolerances import LEAST_JUMP
 
 FRAMES = 1.5
 """The distance that things move in this many frames is not a jump."""
@@ -80,10 +79,7 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
     """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
-    piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
-        None,
-    )
+    piece = segment_motion.piece_from(beginning.time)
     if piece is None:
         return None
     from movimentum.solver.assembly import snapshot

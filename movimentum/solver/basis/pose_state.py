@@ -9,6 +9,7 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from fractions import Fraction
 
+from movimentum.arrays import wound
 from movimentum.expressions import Expr, call, evaluate_op, walk
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
@@ -28,11 +29,6 @@ class ThingPose:
     c: float = 1.0
     s: float = 0.0
     angle: float = 0.0
-
-
-def turned_near(angle: float, near: float) -> float:
-    """An angle with the whole turns that bring it nearest to another."""
-    return angle + 360.0 * round((near - angle) / 360.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +84,7 @@ class Snapshot:
                 case Kept():
                     return more[node.payload]
                 case Bearing(drawn=drawn, sine=sine, cosine=cosine) if node.payload not in self.others:
-                    return turned_near(value(call("atan2d", sine, cosine)), drawn)
+                    return float(wound(value(call("atan2d", sine, cosine)), drawn))
                 case known:
                     return self.others.get(known, 0.0)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
@@ -317,7 +317,7 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
     for k, value in enumerate(pattern.stated(state, instants.clocks)):
         amount = np.broadcast_to(value, inside.shape)
         if pattern.stated_turns[k]:
-            amount = amount - 360.0 * np.rint(amount / 360.0)
+            amount = within_half(amount)
         limit = HOLDS_WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
         off |= ((np.abs(amount) > limit) & inside).any(axis=1)
     for value in pattern.checks(state, instants.clocks) if pattern.checks.count else ():
