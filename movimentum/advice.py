@@ -1,7 +1,7 @@
 """Texts that name what can be chosen beside the script: a limit, the frames, the accuracy.
 
 Each front end has its own word for it: the command line an option, Python a keyword, the studio a control. So the
-library says `Option` and value, and the text keeps them apart (`Advice`).
+library says `Choose` and a value, and the text keeps them apart (`Advised`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import SupportsIndex
 from movimentum.records import dataclass
 
 
-class Option(Enum):
+class Choose(Enum):
     """What can be chosen, by its word on the command line."""
 
     ACCURACY = "accuracy"
@@ -54,9 +54,9 @@ class Option(Enum):
     VARY = "vary"
     WORKERS = "workers"
 
-    def to(self, value: object = "") -> Advice:
+    def to(self, value: object = "") -> Advised:
         """The advice to choose ``value`` (as one would type it in a shell); without one, the option's name."""
-        return Advice(Setting(self, str(value)))
+        return Advised(Setting(self, str(value)))
 
 
 class Command(Enum):
@@ -71,7 +71,7 @@ class Command(Enum):
 class Setting:
     """An option and the value that is advised, as one would type it in a shell; empty where only its name is meant."""
 
-    option: Option
+    option: Choose
     value: str = ""
 
 
@@ -82,7 +82,7 @@ def in_shell(part: Part) -> str:
     """How the command line words a part of an advice."""
     match part:
         case Setting(option, value):
-            flag = "-o" if option is Option.OUTPUT else f"--{option.value}"
+            flag = "-o" if option is Choose.OUTPUT else f"--{option.value}"
             return f"{flag} {value}" if value else flag
         case Command():
             return f"`movimentum {part.value}`"
@@ -90,13 +90,13 @@ def in_shell(part: Part) -> str:
             return part
 
 
-class Advice(str):
+class Advised(str):
     """A text that names options. As a text it is worded for the command line; ``parts`` are for other front ends."""
 
     parts: tuple[Part, ...]
 
-    def __new__(cls, *parts: Part) -> Advice:  # noqa: D102
-        flat = tuple(inner for part in parts for inner in (part.parts if isinstance(part, Advice) else (part,)))
+    def __new__(cls, *parts: Part) -> Advised:  # noqa: D102
+        flat = tuple(inner for part in parts for inner in (part.parts if isinstance(part, Advised) else (part,)))
         made = super().__new__(cls, "".join(map(in_shell, flat)))
         made.parts = flat
         return made
@@ -110,7 +110,7 @@ class Advice(str):
         """The text in the words of another front end."""
         return "".join(map(word, self.parts))
 
-    def replace(self, old: str, new: str, count: SupportsIndex = -1, /) -> Advice:
+    def replace(self, old: str, new: str, count: SupportsIndex = -1, /) -> Advised:
         """As of any text, within its parts."""
 
         def replaced(part: Part) -> Part:
@@ -118,4 +118,4 @@ class Advice(str):
                 return Setting(part.option, part.value.replace(old, new, count))
             return part if isinstance(part, Command) else part.replace(old, new, count)
 
-        return Advice(*map(replaced, self.parts))
+        return Advised(*map(replaced, self.parts))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import MovimentumError, ScriptError, script_error
 from movimentum.expressions import Expr, named_origins, symbol, walk
@@ -44,7 +45,10 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
     try:
         stages = stages_of(motion, [each for _, each in outputs], payloads)
     except NoProgram as error:
-        helps = "name something that has a formula: `--of Crank.B.x`", "`movimentum solve` gives poses"
+        helps = (
+            Advised("name something that has a formula: `", Choose.OF.to("Crank.B.x"), "`"),
+            "`movimentum solve` gives poses",
+        )
         raise no_form(error, motion.timeline.scene, *helps) from error
     values = tuple((identifier(name), value) for name, value in constants.items())
     return MotionProgram(values, tuple(name for name, _ in outputs), stages)
@@ -171,7 +175,11 @@ def _asked(source: SourceText, choices: Choices, of: Sequence[str]) -> list[tupl
     for text in of:
         statement = parsed_statement(f"{text} = 0;", text)
         if statement is None:
-            raise script_error("query/expression", f"`{text}` is no expression", "for instance `--of Crank.B.x`")
+            raise script_error(
+                "query/expression",
+                f"`{text}` is no expression",
+                Advised("for instance `", Choose.OF.to("Crank.B.x"), "`"),
+            )
         parts = understood(statement.left, 0, rebuilding(source, choices))
         names = (text,) if len(parts) == 1 else (f"{text}.x", f"{text}.y")
         found += zip(names, parts, strict=False)
