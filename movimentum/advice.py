@@ -59,7 +59,7 @@ class Choose(Enum):
         return Advised(Setting(self, str(value)))
 
 
-class Command(Enum):
+class ScriptCommand(Enum):
     """What a script can be given to, by its word on the command line."""
 
     CHECK = "check"
@@ -75,7 +75,7 @@ class Setting:
     value: str = ""
 
 
-Part = str | Setting | Command
+Part = str | Setting | ScriptCommand
 
 
 def in_shell(part: Part) -> str:
@@ -84,7 +84,7 @@ def in_shell(part: Part) -> str:
         case Setting(option, value):
             flag = "-o" if option is Choose.OUTPUT else f"--{option.value}"
             return f"{flag} {value}" if value else flag
-        case Command():
+        case ScriptCommand():
             return f"`movimentum {part.value}`"
         case _:
             return part
@@ -116,6 +116,6 @@ class Advised(str):
         def replaced(part: Part) -> Part:
             if isinstance(part, Setting):
                 return Setting(part.option, part.value.replace(old, new, count))
-            return part if isinstance(part, Command) else part.replace(old, new, count)
+            return part if isinstance(part, ScriptCommand) else part.replace(old, new, count)
 
         return Advised(*map(replaced, self.parts))

@@ -20,7 +20,7 @@ from reprlib import repr as short
 from threading import Lock
 from typing import Any, Literal, ParamSpec, SupportsIndex, TypeGuard, TypeVar, Union, cast, get_args, get_origin
 
-from movimentum.advice import Advised, Choose, Command, Part, Setting, in_shell
+from movimentum.advice import Advised, Choose, Part, ScriptCommand, Setting, in_shell
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import MovimentumError, UsageError, usage_error
 from movimentum.records import dataclass, replace
@@ -233,7 +233,7 @@ _NUMBERS = (Choose.AT, Choose.FPS, Choose.SCALE, Choose.WORKERS)
 def _in_python(part: Part) -> str:
     """What Python calls an option, or writes for one with its value."""
     match part:
-        case Command():
+        case ScriptCommand():
             return f"`script.{part.value}`"
         case Setting(option, value) if option not in _ELSEWHERE:
             return _keyword(option, value.strip("'")) if value else _named(option)

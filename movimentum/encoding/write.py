@@ -104,11 +104,8 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     if suffix not in FORMATS:
         message = f"cannot tell a format from `{name}`: known are {', '.join(FORMATS)}"
         near = _nearest(suffix)
-        raise usage_error(
-            "output/format",
-            message,
-            Choose.OUTPUT.to(typed(path.with_suffix(near))) if near else Choose.OUTPUT.to("out.gif"),
-        )
+        instead = typed(path.with_suffix(near)) if near else "out.gif"
+        raise usage_error("output/format", message, Choose.OUTPUT.to(instead))
     found = FORMATS[suffix]
     if not found.still:
         return found.kind
@@ -126,11 +123,8 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
             )
         return found.kind
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
-        raise usage_error(
-            "output/pattern",
-            f"`{name}` must have one %d (or %04d) for the frame's number",
-            Choose.OUTPUT.to(f"out-%04d{path.suffix}"),
-        )
+        message = f"`{name}` must have one %d (or %04d) for the frame's number"
+        raise usage_error("output/pattern", message, Choose.OUTPUT.to(f"out-%04d{path.suffix}"))
     return "sequence"
 
 
@@ -323,9 +317,8 @@ def _write_video(job: _Job, path: Path) -> WriteReport:
     warnings: list[Diagnostic] = []
     if painter.transparent:
         message = f"{kind.upper()} files have no transparency here: the background is used"
-        warnings.append(
-            Diagnostic("render/no-transparency", Severity.WARNING, message, helps=(Choose.OUTPUT.to("out.webp"),))
-        )
+        helps = (Choose.OUTPUT.to("out.webp"),)
+        warnings.append(Diagnostic("render/no-transparency", Severity.WARNING, message, helps=helps))
     done = 0
 
     def step() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from movimentum.advice import Advised, Choose, Command
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
 from movimentum.fitting.fit import Fitted
@@ -140,7 +140,9 @@ def _nothing_moves(fitted: Fitted) -> Diagnostic:
         Severity.ERROR,
         "no variant moves all the way, so no goal can be judged",
         notes=(f"tried: {box}", own),
-        helps=(Advised("start from constants for which the script moves: ", Command.CHECK, " says why it does not"),),
+        helps=(
+            Advised("start from constants for which the script moves: ", ScriptCommand.CHECK, " says why it does not"),
+        ),
     )
 
 

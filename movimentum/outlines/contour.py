@@ -41,13 +41,8 @@ def put_in(root: Expr, place: Expr) -> Expr:
     return substitute(root, lambda node: place if node == PLACE else None)
 
 
-def slope(root: Expr) -> Expr:
-    """The derivative of an expression by `PLACE`."""
-    return derived(root, PLACE)
-
-
-def derived(root: Expr, by: Expr) -> Expr:
-    """The derivative of an expression by the symbol ``by``."""
+def slope(root: Expr, by: Expr = PLACE) -> Expr:
+    """The derivative of an expression by a symbol."""
     memo: dict[Expr, Expr] = {}
     for node in walk(root):
         d = [memo[arg] for arg in node.args]

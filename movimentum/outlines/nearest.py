@@ -16,7 +16,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, sub, symbol
 from movimentum.expressions.walk import substitute
-from movimentum.outlines.contour import Contour, derived, numeric, put_in, slope
+from movimentum.outlines.contour import Contour, numeric, put_in, slope
 from movimentum.outlines.search import of_points, of_two
 from movimentum.records import dataclass, replace
 
@@ -178,9 +178,9 @@ def _rate(touch: Nearest, node: Expr, d: Sequence[Expr]) -> Expr:
     for row in found:
         total = ZERO
         for mark, rate in zip(marks, d, strict=True):
-            total = add(total, mul(put(derived(row, mark)), rate))
+            total = add(total, mul(put(slope(row, mark)), rate))
         changes.append(neg(total))
-    matrix = [[put(derived(row, place)) for place in places] for row in found]
+    matrix = [[put(slope(row, place)) for place in places] for row in found]
     if touch.count == 1:
         return div(changes[0], matrix[0][0])
     (a, b), (c, e) = matrix

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from movimentum.advice import Advised, Choose, Command
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.expressions import Expr, symbol, walk
 from movimentum.expressions.rational import rational_value
 from movimentum.records import replace
@@ -118,11 +118,11 @@ def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: 
             helps=(
                 Advised(
                     "write it in `.goal …;` for ",
-                    Command.FIT,
+                    ScriptCommand.FIT,
                     ", or in `",
                     Choose.MEASURE.to(),
                     "` of ",
-                    Command.SWEEP,
+                    ScriptCommand.SWEEP,
                 ),
             ),
         )

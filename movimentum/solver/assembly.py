@@ -14,7 +14,7 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
@@ -49,7 +49,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
 
     things = list(base.things)
     for t, p in placements(plan, state, base):
-        things[t] = ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
+        things[t] = BodyPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
     others = dict(base.others)
     known = set(base.known)
     solved, frames = dict(base.solved), dict(base.frames)
@@ -205,14 +205,14 @@ class Assembly:
             self.first[payload.name] = first_value(self.segments, payload.name, payload.axis is not None)
         return self.first[payload.name][payload.axis or 0]
 
-    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose | ThingPose) -> None:
+    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose) -> None:
         self.origin[thing, places, 0] = pose.x
         self.origin[thing, places, 1] = pose.y
         self.direction[thing, places, 0] = pose.c
         self.direction[thing, places, 1] = pose.s
         self.angle[thing, places] = pose.angle
 
-    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: ThingPose) -> None:
+    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose) -> None:
         """A thing that stays where it is. The arrays come as zeros that cost nothing until they are written to, which
         is what a thousand still things as drawn are made of.
         """

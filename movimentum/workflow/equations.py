@@ -11,10 +11,9 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import MovimentumError, ScriptError, script_error
 from movimentum.expressions import Expr, named_origins, symbol, walk
 from movimentum.records import replace
-from movimentum.text import rational
 from movimentum.tolerances import APART_IN_NAME_ONLY, ZERO_IN_NAME_ONLY
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, moved, rebuilding, solved, understand
+from movimentum.workflow.stages import arranged, moved, plain_numbers, rebuilding, solved, understand
 
 if TYPE_CHECKING:
     from movimentum.equations.program import MotionProgram, NoProgram, StageProgram
@@ -80,19 +79,14 @@ def no_form(error: NoProgram, scene: Scene, *helps: str) -> ScriptError:
 def _kept(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choices]:
     """The constants that are plain numbers, and choices under which each keeps its name (see `kept_apart`)."""
     scene = understand(source, choices)
-    set_already = {name for name, _ in choices.settings}
     found: dict[str, float] = {}
-    for constant in scene.constants:
-        text = scene.source.text[constant.expression.start : constant.expression.end]
-        value = rational(text.strip())
-        if not value or len(constant.value) != 1 or constant.name in set_already:
-            continue
-        more = kept_apart(choices, constant.name, float(value), len(found))
+    for constant, value in plain_numbers(scene, choices):
+        more = kept_apart(choices, constant.name, value, len(found))
         try:
             arranged(understand(source, more), more)
         except MovimentumError:
             continue  # a number of copies, say
-        found[constant.name], choices = float(value), more
+        found[constant.name], choices = value, more
     return found, choices
 
 

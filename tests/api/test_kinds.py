@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.advice import Advised, Choose, Command
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.api.arguments import _SPARING, QualityWord, ShowWord, in_python
 from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
@@ -194,7 +194,7 @@ def test_every_option_that_python_has_too_is_worded_so() -> None:
         (Choose.OUTPUT.to("'a b.png'"), "-o 'a b.png'", '"a b.png"'),
         (Choose.FPS.to(25), "--fps 25", "fps=25"),
         (Choose.SNAP.to(), "--snap", "--snap"),
-        (Advised("say ", Command.CHECK, ", or `", Choose.AT.to(0), "`"), "say `movimentum check`, or `--at 0`",
+        (Advised("say ", ScriptCommand.CHECK, ", or `", Choose.AT.to(0), "`"), "say `movimentum check`, or `--at 0`",
          "say `script.check`, or `at=0`"),
     ],
 )  # fmt: skip

@@ -14,7 +14,8 @@ from movimentum.records import replace
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot
-from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
+from movimentum.solver.basis.body_pose import BodyPose
+from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
@@ -188,6 +189,6 @@ def _moved_as_one(pose: Snapshot, things: Sequence[int], size: float) -> bool:
     return all(_same(pose.things[t], pose.things[things[0]], size) for t in things)
 
 
-def _same(a: ThingPose, b: ThingPose, size: float, tolerance: float = AS_DRAWN) -> bool:
+def _same(a: BodyPose, b: BodyPose, size: float, tolerance: float = AS_DRAWN) -> bool:
     apart = max(abs(a.x - b.x) / size, abs(a.y - b.y) / size, abs(a.c - b.c), abs(a.s - b.s))
     return apart <= tolerance

@@ -125,8 +125,7 @@ def _one_point(scene: Scene, thing: int) -> bool:
 
 def _turn(before: Snapshot, after: Snapshot, thing: int) -> float:
     """How far a thing turns between two moments, in radians from 0 to pi."""
-    a, b = before.things[thing], after.things[thing]
-    return abs(float(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+    return abs(after.things[thing].turned_from(before.things[thing]))
 
 
 def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset[int]) -> tuple[float, int | None]:
@@ -135,13 +134,7 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
     for t in sorted(things):
         a, b = before.things[t], after.things[t]
         for anchor in scene.things[t].anchors:
-            x, y = anchor.local
-            way = float(
-                np.hypot(
-                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
-                    (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y),
-                )
-            )
+            way = b.far_from(a, *anchor.local)
             if way > best:
                 best, owner = way, t
     return best, owner

@@ -17,18 +17,7 @@ from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import Bearing, ContactPlace, Kept
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty
-from movimentum.solver.basis.body_pose import numbers_of, pose_part
-
-
-@dataclass(frozen=True, slots=True)
-class ThingPose:
-    """World position (x, y) of a thing's local origin, its direction (c, s), and its turn in degrees."""
-
-    x: float = 0.0
-    y: float = 0.0
-    c: float = 1.0
-    s: float = 0.0
-    angle: float = 0.0
+from movimentum.solver.basis.body_pose import BodyPose, numbers_of, pose_part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +28,7 @@ class Snapshot:
     unknowns as they were solved, in ``frames``: a plan with the same frames reads them to the last bit.
     """
 
-    things: tuple[ThingPose, ...]
+    things: tuple[BodyPose, ...]
     others: dict[Hashable, float] = field(default_factory=dict[Hashable, float])
     known: frozenset[int] = frozenset()
     solved: dict[PosePart, float] = field(default_factory=dict[PosePart, float])
@@ -127,4 +116,4 @@ class Carry:
 
 def as_drawn(scene: Scene) -> Carry:
     """Before the first frame: everything as drawn, nothing known."""
-    return Carry(Snapshot(tuple(ThingPose() for _ in scene.things)))
+    return Carry(Snapshot(tuple(BodyPose() for _ in scene.things)))
