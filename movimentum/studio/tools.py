@@ -14,7 +14,7 @@ from typing import Any
 
 from movimentum import tolerances
 from movimentum.errors import MovimentumError
-from movimentum.formatting.changes import line_edits
+from movimentum.formatting.format import line_edits
 from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing

@@ -24,8 +24,7 @@ from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
-from movimentum.variants.together.binds import FARTHEST_TURN, LAST, bind_times, directed, violation_times
-from movimentum.variants.together.folds import FoldSearch
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, directed, violation_times
 from movimentum.variants.together.pattern import SegmentPattern, filled, instants_of
 
 INTERVALS = 96
