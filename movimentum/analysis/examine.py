@@ -8,6 +8,7 @@ from typing import overload
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.appearance import odd_looks
 from movimentum.analysis.diagnose.claims import claim_diagnostics
@@ -246,7 +247,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
             notes=(
                 f"in {counted(found.frames, 'frame')} of this step; positions there are known to about {known} pixels",
             ),
-            helps=("`--accuracy high` solves such frames to the last digit",),
+            helps=(Advised("`", Choose.ACCURACY.to("high"), "` solves such frames to the last digit"),),
         )
 
 
@@ -344,5 +345,5 @@ def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
         message=message,
         span=span,
         notes=(note,),
-        helps=("`--on-failure skip` leaves such frames out",),
+        helps=(Advised("`", Choose.ON_FAILURE.to("skip"), "` leaves such frames out"),),
     )
