@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
 from movimentum.analysis.diagnose.places import span_of_blocks
@@ -11,17 +10,12 @@ from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.planning.blocks.kinds import Pushing
-from movimentum.scene.findings import clock_meant
 from movimentum.scene.model import Relation, Scene, VariableComponent
-from movimentum.scene.text_edits import added, renamed
+from movimentum.scene.text_edits import added, name_meant, renamed
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
-from movimentum.syntax.suggest import nearest
 from movimentum.text import time_text
-
-SHORTEST_NEAR = 3
-"""Letters: shorter names are nearly each other by chance."""
 
 
 def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iterator[Diagnostic]:
@@ -62,7 +56,7 @@ def meant_names(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
             renamed(scene, name, other),
         )
         for name in motion.variables
-        if (other := _meant(scene, name)) is not None
+        if (other := name_meant(scene, name)) is not None
     )
 
 
@@ -81,7 +75,7 @@ def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[
     for name, variable in scene.variables.items():
         if name in stated or not (name in loose or (unsolved and name != "s")):
             continue
-        other = _meant(scene, name)
+        other = name_meant(scene, name)
         if other is None or f"`{name}` is an ordinary variable" in asked:
             continue
         yield Diagnostic(
@@ -90,27 +84,6 @@ def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[
             message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
         ).advised(Fix(f"did you mean `{other}`?", renamed(scene, name, other)))
-
-
-def _meant(scene: Scene, name: str) -> str | None:
-    """What a variable's name probably means: a clock, or a constant or variable whose name is nearly the same."""
-    clock = clock_meant(name)
-    if clock is not None:
-        return f".{clock}"
-    if len(name) < SHORTEST_NEAR or _is_named_again(scene, name):  # what is misspelt, is so once
-        return None
-    constants = {constant.name for constant in scene.constants}
-    others = (other for other in constants | set(scene.variables) if _letters(other) != _letters(name))  # x1 is not x2
-    guess = nearest(name, others)
-    return guess if guess is None or guess in constants or _is_named_again(scene, guess) else None
-
-
-def _is_named_again(scene: Scene, variable: str) -> bool:
-    return len(renamed(scene, variable, variable)) > 1
-
-
-def _letters(name: str) -> str:
-    return re.sub(r"\d", "", name)
 
 
 def _loose(motion: PathMotion) -> set[str]:

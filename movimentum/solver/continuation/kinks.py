@@ -55,9 +55,7 @@ def past_kink(local: Local, here: Standing, total: float, scale: FloatArray, sid
     return None
 
 
-def _leads_back(
-    local: Local, landing: Standing, kink: Standing, total: float, scale: FloatArray, side: float
-) -> bool:
+def _leads_back(local: Local, landing: Standing, kink: Standing, total: float, scale: FloatArray, side: float) -> bool:
     """Whether the path through ``landing``, followed backwards, comes to the ``kink``."""
     jump = landing.tau - kink.tau
     moved = float(np.max(np.abs(landing.x - kink.x) / scale))

@@ -12,7 +12,7 @@ from movimentum.expressions.arrays import sincosd
 from movimentum.planning.plan import Plan
 from movimentum.scene.leaves import ContactPlace, Kept
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
-from movimentum.solver.basis.pose_state import Snapshot, ThingPose
+from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import PLACED_ELSEWHERE
 
@@ -26,7 +26,9 @@ def misplaced(plan: Plan, state: State, base: Snapshot, unknowns: Iterable[int],
     asked = {
         n: place
         for n, place in places.items()
-        if isinstance(place, ContactPlace) and place.touch.which == 0 and not place.along
+        if isinstance(place, ContactPlace)
+        and place.touch.which == 0
+        and not place.along
         # a value that is kept from before is not known here
         and not any(isinstance(leaf, Kept) for leaf in symbols(*place.pose))
     }
@@ -80,5 +82,5 @@ def _number(value: object) -> float:
     return float(np.ravel(value)[0])  # type: ignore[arg-type]
 
 
-def _first(pose: BodyPose) -> ThingPose:
-    return ThingPose(*(_number(each) for each in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
+def _first(pose: BodyPose) -> BodyPose:
+    return BodyPose(*(_number(each) for each in (pose.x, pose.y, pose.c, pose.s, pose.angle)))
