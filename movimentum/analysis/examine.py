@@ -19,7 +19,7 @@ from movimentum.analysis.diagnose.jumps import jumps
 from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
-from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
+from movimentum.analysis.diagnose.undetermined import free_motions, unstated_names
 from movimentum.analysis.diagnose.valueless import empty_graphs, undefined_arrows, valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
@@ -139,7 +139,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
         found.extend(film_loops(motion))
     fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
-        found.extend(unstated_clocks(motion, found))
+        found.extend(unstated_names(motion, found))
     if fault == 0 and any(segment_motion.plan.wishes for segment_motion in motion.segments):
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 

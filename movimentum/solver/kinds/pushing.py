@@ -12,7 +12,6 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
@@ -21,6 +20,7 @@ from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
 from movimentum.solver.pushing.contacts import RATE, Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.holding import held_at
 from movimentum.solver.pushing.law import Instant, moved
 from movimentum.solver.pushing.phases import followed
 from movimentum.solver.pushing.tracks import Phase, PushTrack
@@ -29,8 +29,6 @@ from movimentum.tolerances import (
     NEWTON_SOLVED,
     PUSH_CLOSED,
     PUSH_OVERLAP,
-    PUSH_RANK,
-    PUSH_ROUNDING,
     PUSH_SETTLED,
 )
 
@@ -102,35 +100,11 @@ def _on_contacts(
     """The core values (F, n) nearest to ``x`` that satisfy the equations and are held by the contacts of a phase; and
     whether they do. What is not ``moving`` stays.
     """
-    kept = [k for k, value in enumerate(phase.at) if not np.isnan(value)]
-    held, wanted = [phase.held[k] for k in kept], np.array([phase.at[k] for k in kept])
-    if not held:
+    if all(np.isnan(phase.at)):
         found = newton(problem, x, limit=0.1)
         return found.x, found.converged
-    scale, x = problem.scale, x.copy()
     white, _ = contacts.block.metric.among(moving)
-    going, error = np.arange(len(x)), np.full(len(x), np.inf)
-    best = x.copy()
-    for _ in range(12):
-        some = problem.at(going, len(x))
-        lines = contacts.lines(held, some, x[going])
-        residual = np.concatenate([some.residual(x[going]), lines.values - wanted], axis=1)
-        rows = np.concatenate([some.jacobian(x[going]), lines.slopes], axis=1)
-        wide, lengths = scaled(rows @ white, np.ones(int(white.shape[1])))
-        off = np.max(np.abs(residual) / np.maximum(np.max(np.abs(rows) * scale, axis=2), LEAST_DIVISOR), axis=1)
-        off = np.where(np.isfinite(off), off, np.inf)
-        better = off < error[going]
-        best[going[better]] = x[going[better]]
-        go = better & (off > PUSH_ROUNDING) & (off < 0.5 * error[going])
-        error[going] = np.where(better, off, error[going])
-        if not go.any():
-            break
-        own, off_ = wide[go], residual[go] / lengths[go]
-        # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
-        squares = own @ np.swapaxes(own, 1, 2) + PUSH_RANK * np.eye(own.shape[1])
-        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(squares, off_[..., None])
-        going = going[go]
-        x[going] -= step[..., 0] @ white.T
+    best, error = held_at(contacts, problem, x, phase.held, phase.at, white)
     return best, error <= NEWTON_SOLVED
 
 
