@@ -130,7 +130,7 @@ def _steps(steps: list[tuple[str, Any]]) -> list[str]:
     """Each step on a line of its own."""
     import sympy
 
-    from movimentum.repl.spelling import spelled
+    from movimentum.analysis.interactive.spelling import spelled
 
     return [
         f"{name} = {spelled(value) or f'{sympy.sstr(value, full_prec=False)} (in words of SymPy)'}"
