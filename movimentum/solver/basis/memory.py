@@ -27,7 +27,7 @@ _memory: ContextVar[Memo | None] = ContextVar("_memory", default=None)
 
 @contextmanager
 def remembering(memory: Memo) -> Generator[None, None, None]:
-    """Inside, `remembered` looks into ``memory``."""
+    """Inside, `memoized` looks into ``memory``."""
     token = _memory.set(memory)
     try:
         yield
@@ -35,7 +35,7 @@ def remembering(memory: Memo) -> Generator[None, None, None]:
         _memory.reset(token)
 
 
-def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
+def memoized(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
     """What ``find`` gives, found only once for each ``key``; a key of None is never looked up.
 
     What is tried out with limited effort counts what it took when it was found: whether it is given up must not depend
@@ -58,4 +58,4 @@ def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
 def code_of(outputs: Sequence[Expr], clocks: Sequence[Fraction]) -> Compiled:
     """`compiled`, with the ``clocks`` of a plan, for what is asked at one instant: much of it was asked before."""
     some, starts = tuple(outputs), tuple(clocks)
-    return remembered(lambda: ("code", some, starts), lambda: compiled(some, Clocks(starts)))
+    return memoized(lambda: ("code", some, starts), lambda: compiled(some, Clocks(starts)))

@@ -16,7 +16,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbe
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.leaves import ContactPlace
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
@@ -210,7 +210,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     `newton_starts` finds them.
     """
     sides, stated = _sides(plan, problem.first())
-    return remembered(
+    return memoized(
         lambda: _free_start_key(plan, problem, carry, stated), lambda: _free_start(plan, problem, carry, sides)
     )
 
