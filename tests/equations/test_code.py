@@ -145,7 +145,9 @@ def test_constants_stay_names():
 @pytest.mark.parametrize("language", ["geogebra", "desmos", "excel", "julia", "matlab", "text", "latex", "mathml"])
 def test_every_language_is_written(language):
     program = program_of(SourceText("crank.mov", CRANK), Choices(), ("x",))
-    function = getattr(told, language, None) or getattr(formulas, language, None) or getattr(code, f"{language}_code")
+    function = (
+        getattr(wording, language, None) or getattr(formulas, language, None) or getattr(code, f"{language}_code")
+    )
     assert function(program).count("\n") > 5
 
 
