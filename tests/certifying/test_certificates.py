@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 
 from movimentum.certifying.bounds import BoundVerdict
 from movimentum.certifying.certificate import Certificate, certificate
-from movimentum.certifying.told import as_data, certificate_diagnostics
+from movimentum.certifying.wording import as_data, certificate_diagnostics
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.refinement import refined
 from movimentum.solver.motion import PathMotion

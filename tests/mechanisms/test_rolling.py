@@ -185,7 +185,8 @@ def test_gears_with_any_numbers_of_lobes_roll_on_each_other(seed):
     x, y = between * math.cos(math.radians(line)), between * math.sin(math.radians(line))
     way = 1 if seed % 2 else -1
     things = [f"Left : .curve C = [0,0] .polar(th, {p}/(1 - {e}*.cos({lobes}*(th - {line}))));",
-              f"Right : .curve C = [{x},{y}] .polar(th, {p2}/(1 + {e2}*.cos({others}*(th - 180 - {line}))));"]  # fmt: skip
+              f"Right : .curve C = [{x},{y}] .polar(th, {p2}/(1 + {e2}*.cos({others}*(th - 180 - {line}))));",
+              ]  # fmt: skip
     statements = ["Left.C = [0,0];", f"Right.C = [{x},{y}];", f"Left.angle = {90 * way}*.t;", ".roll(Left, Right) = 0;"]
     random.shuffle(things)
     random.shuffle(statements)

@@ -326,10 +326,9 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
         helps=(
-            Advised(
-                "`.max(…, 0)` keeps the argument of a root at 0 or above; `",
+            Advised.of(
+                "`.max(…, 0)` keeps the argument of a root at 0 or above; `{}` leaves such frames out",
                 Choose.ON_FAILURE.to("skip"),
-                "` leaves such frames out",
             ),
         ),
     )

@@ -1,8 +1,8 @@
 """Past a kink of a block's equations: a corner or a cusp of an outline on which a point goes, an end of a fan.
 
-There a path turns at once, or its speed is infinite for a moment. It goes on where the Jacobian has the same orientation
-on both sides, and turns back where it has not, as a piecewise smooth equation has one solution for each time then
-(Scholtes, *Introduction to Piecewise Differentiable Equations*, 2012).
+There a path turns at once, or its speed is infinite for a moment. It goes on where the Jacobian has the same
+orientation on both sides, and turns back where it has not, as a piecewise smooth equation has one solution for each
+time then (Scholtes, *Introduction to Piecewise Differentiable Equations*, 2012).
 """
 
 from __future__ import annotations

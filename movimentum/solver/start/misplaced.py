@@ -1,4 +1,4 @@
-"""Solutions of contacts that touch where the outlines are not nearest: they fulfil the equations, and overlap elsewhere."""
+"""Solutions of contacts that touch where the outlines are not nearest: they fulfil the equations, but overlap."""
 
 from __future__ import annotations
 
