@@ -8,10 +8,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.closing import closes
 from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
-from movimentum.solver.pushing.course import Leeway, PushCourse
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.dense import Stride
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
@@ -41,7 +41,7 @@ Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
 
 
 class Going:
-    """The motion of a phase: `Integrable` and `Watch`."""
+    """The motion of a phase: how fast, how long a step may be, and what happens in it."""
 
     def __init__(
         self,
@@ -56,38 +56,24 @@ class Going:
         see `PhaseStep`.
         """
         self.course, self.tau, self.passed = course, tau, passed
-        self.turning, self.first = course.turning, FIRST_STEP * course.ahead(tau)
+        self.first = FIRST_STEP * course.ahead(tau)
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
-        self.leeway: Leeway | None = None
-        self.rates: list[FloatArray] = []
         self.event: Seen | None = None
 
-    # --- Integrable
+    def velocity(self, tau: float, x: FloatArray, after: bool = False) -> FloatArray:
+        """The velocity (n,) at core values ``x`` (n,); ``after``: that of what comes after, if there is a kink."""
+        return held(self.course.instant(tau, x, self.touching, after), self.which)
 
-    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
-        """See `Integrable`."""
-        found = held(self.course.instant(tau, x, self.touching, after), self.which)
-        self.rates = [*self.rates[-1:], found]
-        return found
-
-    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
-        """See `Integrable`."""
-        moving = self.course.moving(self.rates) if self.rates else None
-        found, good, self.leeway = self.course.restored(tau, x, self.held, self.at, moving)
-        return found, good, tangent  # type: ignore[return-value]
-
-    # --- Watch
-
-    def undetermined(self, difference: FloatArray) -> FloatArray:
-        """See `Watch`."""
-        return difference if self.leeway is None else self.leeway.along(difference)
+    def determined(self, tau: float, x: FloatArray) -> bool:
+        """Whether nothing is free where the phase begins: there `velocity` has just been asked for."""
+        return not self.course.instant(tau, x, self.touching, True).whitened(self.which).free.shape[1]
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
-        """See `Watch`: outlines that are near move and turn only so much."""
+        """How long a step may be at most: outlines that are near move and turn only so much."""
         bodies, most = self.course.contacts.bodies, self.course.ahead(tau)
         if not bodies.sides:
             return most
@@ -108,11 +94,10 @@ class Going:
         """(4, B) where outlines are."""
         return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
-    def seen(
-        self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
-    ) -> tuple[float, FloatArray, FloatArray] | None:
-        """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end, self._lines(*end[:2]))
+    def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
+        """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""
+        end = float(stride.times[-1]), stride.x[-1]
+        step = PhaseStep(self.course, self.held, self.at, self.passed, stride, self._lines(*end))
         closing, leaves = closes(step), step.leaves()
         if closing is not None and leaves is not None and leaves > closing[0] and step.replaces(closing[1], leaves):
             closing = None
@@ -124,7 +109,7 @@ class Going:
         if opened is not None:
             first, last, opened = self._first_opening(step, first, opened)
         if opened is None and closing is None and leaves is None:
-            self._forget(*end[:2])
+            self._forget(*end)
             return None
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
@@ -174,37 +159,42 @@ class Going:
         """The time from which on something that holds opens, or nothing may move, the core values there, and what does
         so; ``opened``: what does ``until``.
 
-        Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
-        for on both sides of what is seen. What is seen is more than rounding, so in the end it has begun a little
-        before.
+        Opening grows evenly from zero at first. So where it begins is seen from two times after that. What is seen is
+        more than rounding, so it has begun a little before; but it has not long before.
         """
         good, bad = step.t0, until
         seen = [(until, self._opening(step, until))]
-        before = True
-        for _ in range(80):
+        tau, begin = 0.5 * (good + bad), np.nan
+        for _ in range(60):
             if bad - good <= PUSH_EVENT * step.h:
                 break
-            tau = 0.5 * (good + bad)
-            if len(seen) > 1:
-                (first, small), (second, large) = seen[-1], seen[-2]
-                begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
-                aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
-                aim = begin - aside if before else begin + aside
-                tau = aim if good < aim < bad else tau
             found = self._opens(tau, step.at(tau))
-            before = found is not None
             if found is not None:
                 bad, opened = tau, found
                 seen.append((tau, self._opening(step, tau)))
             else:
                 good = tau
-        first, small = seen[-1]
-        second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
-        if 0.0 < small < large:
-            begin = first - small * (second - first) / (large - small)
-            bad = begin if step.t0 <= begin and bad - begin <= PUSH_BEGUN * step.h else bad
+            last, begin = begin, _begun(seen)
+            near = bad - begin
+            tau = 0.5 * (good + bad)
+            if not near > 0.0:
+                continue
+            aside = max(PUSH_ASIDE * near, 0.4 * PUSH_EVENT * step.h)
+            if good >= begin - 2.0 * aside and abs(begin - last) <= PUSH_BEGUN * step.h and last != begin:
+                bad = max(begin, step.t0)
+                break
+            aim = begin - aside if good < begin - 2.0 * aside else begin + 0.1 * near
+            tau = aim if good < aim < bad else tau
+        bad = step.t0 if bad - step.t0 <= PUSH_EVENT * step.h else bad
         return bad, step.at(bad), opened
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
         found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
         return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))
+
+
+def _begun(seen: Sequence[tuple[float, float]]) -> float:
+    """Where what opens begins to, from times and openings, of which the last is the smallest; nan where nothing tells."""
+    first, small = seen[-1]
+    second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
+    return first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan

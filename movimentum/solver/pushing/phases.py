@@ -13,15 +13,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.continuation.free_motion import drift
-from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.dense import DEGREE
 from movimentum.solver.pushing.going import Going
 from movimentum.solver.pushing.law import Instant, moved, openings, stopped
 from movimentum.solver.pushing.overlap import overlapping
 from movimentum.solver.pushing.programs import numbered
+from movimentum.solver.pushing.strides import Strides
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
 from movimentum.tolerances import FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_ALIKE, PUSH_AT_ONCE, PUSH_OVERLAP
 
@@ -40,10 +39,10 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
 def gone_on(
     course: PushCourse, x: FloatArray, nodes: FloatArray, until: float, tolerance: float = FREE_MOTION_STEP
 ) -> PushTrack:
-    """The same from a pose in which nothing overlaps. ``tolerance``: see `drift`."""
+    """The same from a pose in which nothing overlaps. ``tolerance``: of a step, in units of the unknowns' scale."""
     tau = float(nodes[0])
     end = min(until, float(nodes[-1]))
-    parts: list[NodeTrack] = []
+    parts: list[Strides] = []
     phases: list[Phase] = []
     events: list[Event] = []
     stands, again = 0, frozenset[PartPair]()
@@ -69,18 +68,18 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.array([tau, float(nodes[-1])])
-        part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
+        part = Strides(going, tolerance)
+        part.go(tau, x, end, float(nodes[-1]) - tau)
         parts.append(part)
-        phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
+        phases[-1] = Phase(tau, going.held, going.at, part.moving)
         event = going.event
         if event is None:
-            if part.until < end:
+            if part.tau < end:
                 why = PushEnd.LOST
-            tau, x = part.until, part.values[-1]
+            tau, x = part.tau, part.x
             break
         stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
-        tau, x = event.tau, part.values[-1]
+        tau, x = event.tau, part.x
         left, opened = event.left, event.opened
         again = (again if stands else frozenset[PartPair]()) | opened
         if event.jammed:
@@ -94,7 +93,7 @@ def gone_on(
     told = tuple(map(contacts.pair, jammed))
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)), course.turning)
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
@@ -155,7 +154,7 @@ def _begun(
     which = [k for k in stops if k in holds or some[k] not in opened]
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
-    wanted = course.contacts.wanted(problem, x[None])
+    wanted = course.contacts.wanted(problem, x[None])[0]
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
         contact = some[k]
@@ -228,7 +227,7 @@ def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[Par
 
 
 def _joined(
-    parts: Sequence[NodeTrack],
+    parts: Sequence[Strides],
     tau: float,
     x: FloatArray,
     until: float,
@@ -236,15 +235,13 @@ def _joined(
     events: Sequence[Event],
     end: PushEnd,
     jammed: Sequence[tuple[int, tuple[int, int] | None]],
-    turning: Turning,
 ) -> PushTrack:
-    kept = [part for part in parts if len(part.tau)]
-    if not kept:
-        kept = [NodeTrack(np.array([tau]), x[None], np.zeros((1, len(x))), until)]
+    strides = [stride for part in parts for stride in part.taken]
+    rate = parts[-1].rate if parts else np.zeros_like(x)
     return PushTrack(
-        np.concatenate([part.tau for part in kept]),
-        np.concatenate([part.values for part in kept]),
-        np.concatenate([part.rates for part in kept]),
+        np.array([*(stride.t0 for stride in strides), tau]),
+        np.array([*(stride.x[0] for stride in strides), x]),
+        np.array([*(stride.rates[0] for stride in strides), rate]),
         until,
         FREE_MOTION_STEP,
         0,
@@ -252,5 +249,8 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
-        turning=turning,
+        (),
+        np.array([stride.t0 for stride in strides]),
+        np.array([stride.h for stride in strides]),
+        np.array([stride.coefficients for stride in strides]).reshape(-1, DEGREE + 1, len(x)),
     )
