@@ -1018,7 +1018,7 @@ PUSH_ALIKE = 1e-6
 PUSH_RESTORED = 1e-15
 """Relative residual: what is nearer to its equations than that is on them, but for rounding."""
 PUSH_AFTER_THIS = 1e-12
-"""Relative residual after which one more of Newton's steps leaves nothing but rounding, though rows depend on each other."""
+"""Relative residual after which one more of Newton's steps leaves only rounding, though rows depend on each other."""
 PUSH_NEARLY = 1e-7
 """Relative residual below which the slopes of the step before will do to come back onto the equations."""
 PUSH_RANK = 1e-13
@@ -1032,7 +1032,7 @@ PUSH_MET = 1e-3
 PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
 PUSH_DENSE = 1e-8
-"""Of the unknowns' scale: what the last terms of a step's series may be, so that it is looked at instead of the step."""
+"""Of the unknowns' scale: what the last terms of a step's series may be, so that the series stands for the step."""
 PUSH_DENSE_GAP = 1e-6
 """Of the scene's size: the same of the series of a gap, whose zeros are only first guesses."""
 PUSH_DENSE_TIME = 1e-13

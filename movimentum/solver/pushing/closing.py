@@ -132,10 +132,8 @@ def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, 
         found[:, tips] |= passing & apart[:, tips] & turned[:, tips]
     some = np.nonzero(found.any(axis=0))[0]
     times = step.stride.times[LOOKED].tolist()
-    coming = [(pairs.one(k), times[n], times[n + 1]) for n, k in np.argwhere(comes).tolist()]
-    return [PartPair(*pairs.one(k)) for k in some.tolist()], [
-        (PartPair(*each), low, high) for each, low, high in coming
-    ]
+    coming = [(PartPair(*pairs.one(k)), times[n], times[n + 1]) for n, k in np.argwhere(comes).tolist()]
+    return [PartPair(*pairs.one(k)) for k in some.tolist()], coming
 
 
 def _way(step: PhaseStep, poses: FloatArray) -> FloatArray:

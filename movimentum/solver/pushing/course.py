@@ -15,10 +15,10 @@ from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
-from movimentum.solver.pushing.turning import Turning
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, Nearby, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, velocities, without_rounding
+from movimentum.solver.pushing.turning import Turning
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
 KEPT = 8

@@ -1,6 +1,5 @@
-"""A step of a phase on its equations at any time: Chebyshev series through the poses at a few instants of it (Trefethen,
-*Approximation Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these
-poses cost nothing.
+"""A step of a phase at any time: Chebyshev series through the poses at a few instants of it (Trefethen, *Approximation
+Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these poses cost nothing.
 """
 
 from __future__ import annotations
@@ -12,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.solver.block.problem import BlockProblem
 from movimentum.records import dataclass
+from movimentum.solver.block.problem import BlockProblem
 from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME, PUSH_MET
 
 DEGREE = 12
@@ -155,8 +154,8 @@ def _less(now: float, before: float) -> float:
 
 
 class Fall(NamedTuple):
-    """At a ``share`` of a step, between ``low`` and ``high``, a value becomes zero; or, where it is that ``near`` to zero
-    already, it becomes clearly less.
+    """At a ``share`` of a step, between ``low`` and ``high``, a value becomes zero; or, where it is so already
+    (``near``), clearly less.
     """
 
     share: float

@@ -31,13 +31,14 @@ class Seen:
     """Why a phase ends."""
 
     tau: float
+    shut: frozenset[PartPair] = frozenset()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     jammed: tuple[PartPair, ...] = ()
 
 
-Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
-"""The contacts that open, and those that jam."""
+Opened = tuple[frozenset[PartPair], tuple[PartPair, ...], frozenset[PartPair]]
+"""The contacts that open, those that jam, and those that come to hold."""
 
 
 class Going:
@@ -114,12 +115,15 @@ class Going:
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
         left = frozenset(step.left(first, last)) if leaving and opened is None else frozenset[PartPair]()
-        self.event = Seen(first, left, gone, jammed)
+        shut = frozenset[PartPair]() if opened is None else opened[2]
+        if closing is not None and closing[0] <= first:
+            shut |= {closing[1]}
+        self.event = Seen(first, shut, left, gone, jammed)
         return first, last, self.velocity(first, last)
 
     def _opens(self, tau: float, x: FloatArray) -> Opened | None:
-        """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
-        hold too, there is none of both.)
+        """Of the contacts that hold, those that open, and those that jam; and others that come to hold. None where
+        all goes on.
         """
         now = self._now(tau, x, self.course.closed)
         found = moved(now, self.which)
@@ -127,13 +131,14 @@ class Going:
             now = self._now(tau, x, self.course.barely)
             found = moved(now, self.which)
         if found.v is None:
-            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
+            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds)), frozenset[PartPair]()
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
-        if not open_ and not set(numbered(found.holds)) - set(numbered(self.which)):
+        more = set(numbered(found.holds)) - set(numbered(self.which))
+        if not open_ and not more:
             return None
         if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
             return None  # what holds besides is not needed
-        return frozenset(self.touching[k] for k in open_), ()
+        return frozenset(self.touching[k] for k in open_), (), frozenset(self.touching[k] for k in more)
 
     def _lines(self, tau: float, x: FloatArray) -> Lines:
         """What holds, at core values ``x`` (n,) whose velocity has been asked for."""
@@ -194,7 +199,7 @@ class Going:
 
 
 def _begun(seen: Sequence[tuple[float, float]]) -> float:
-    """Where what opens begins to, from times and openings, of which the last is the smallest; nan where nothing tells."""
+    """When something begins to open, from times and openings, of which the last is the smallest; nan: nobody knows."""
     first, small = seen[-1]
     second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
     return first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import FloatArray
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.pushing.contacts import Contacts, PartPair

@@ -45,7 +45,7 @@ def gone_on(
     parts: list[Strides] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands, again = 0, frozenset[PartPair]()
+    stands, again, shut = 0, frozenset[PartPair](), frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     before: tuple[PartPair, ...] = ()
@@ -55,7 +55,7 @@ def gone_on(
     while True:
         passed, undecided = _passed(course, tau, x, tips, before, left)
         events += [Event(tau, Happening.UNDECIDED, *pair) for pair in dict.fromkeys(map(contacts.pair, undecided))]
-        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
+        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before), shut)
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
@@ -82,6 +82,7 @@ def gone_on(
         tau, x = event.tau, part.x
         left, opened = event.left, event.opened
         again = (again if stands else frozenset[PartPair]()) | opened
+        shut = (shut | event.shut) - opened if stands else frozenset[PartPair]()
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
@@ -129,9 +130,10 @@ def _begun(
     passed: frozenset[PartPair],
     opened: frozenset[PartPair],
     before: frozenset[PartPair],
+    shut: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
     """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
-    have ``opened``; or what jams. What has held ``before`` is the first guess.
+    have ``opened``; or what jams. What has held ``before`` is the first guess; what has ``shut`` at once holds.
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
@@ -147,11 +149,12 @@ def _begun(
         apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
         if apart:  # they are closed but for a rounding, and jam only if they come to be closed
             rest = [contact for contact in touching if contact not in apart]
-            return _begun(course, tau, x, rest, passed, opened, before)
+            return _begun(course, tau, x, rest, passed, opened, before, shut)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
     stops = numbered(stopped(found.holds, found.opening, found.tolerance))
     which = [k for k in stops if k in holds or some[k] not in opened]
+    which = sorted({*which, *(k for k, contact in enumerate(some) if contact in shut)})
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
     wanted = course.contacts.wanted(problem, x[None])[0]

@@ -15,8 +15,8 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.tightening import tightening
-from movimentum.solver.free.velocity import Nearby
 from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.free.velocity import Nearby
 from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
 from movimentum.solver.pushing.holding import held_at
 from movimentum.tolerances import (
