@@ -18,13 +18,19 @@ from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, 
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
-from movimentum.solver.pushing.contacts import Contacts, contacts_of
+from movimentum.solver.pushing.contacts import RATE, Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.holding import held_at
+from movimentum.solver.pushing.law import Instant, moved
 from movimentum.solver.pushing.phases import followed
-from movimentum.solver.pushing.start import pushed_apart
 from movimentum.solver.pushing.tracks import Phase, PushTrack
-from movimentum.tolerances import NEWTON_SOLVED
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    NEWTON_SOLVED,
+    PUSH_CLOSED,
+    PUSH_OVERLAP,
+    PUSH_SETTLED,
+)
 
 NEWTON = NewtonKernel()
 
@@ -100,3 +106,48 @@ def _on_contacts(
     white, _ = contacts.block.metric.among(moving)
     best, error = held_at(contacts, problem, x, phase.held, phase.at, white)
     return best, error <= NEWTON_SOLVED
+
+
+# --- the pose that a block begins with: moved as little as possible until it satisfies what pushes
+
+
+STEPS = 60
+LONGEST = 0.25
+"""In units of the unknowns' scale: a step."""
+
+
+def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: float) -> FloatArray:
+    """The core values (n,) nearest to ``x``, which satisfy the equations, that satisfy the inequalities too. Where
+    there are none, some that do not. Outlines that overlap more than by rounding stay where they are.
+
+    Steps of sequential quadratic programming (Nocedal & Wright, ch. 18).
+    """
+    contacts = contacts_of(block)
+    origin, metric = x, block.metric
+    closed = PUSH_CLOSED * size
+    for _ in range(STEPS):
+        near, _ = contacts.touching(problem, x[None], PUSH_OVERLAP * size)
+        some = list(dict.fromkeys([*contacts.plain, *(each for each in near if each.gap != RATE)]))
+        if not some:
+            break
+        lines = contacts.lines(some, problem, x[None]).first()
+        residual = problem.residual(x[None])[0]
+        if float(np.min(lines.values)) >= -closed and np.array_equal(x, origin):
+            break
+        now = Instant(
+            metric,
+            problem.jacobian(x[None])[0],
+            -residual,
+            metric.applied(x - origin),
+            (),
+            lines.slopes,
+            -lines.values,
+        )
+        found = moved(now)
+        if found.v is None or not np.isfinite(found.v).all():
+            break
+        step = float(np.max(np.abs(found.v) / problem.scale, initial=0.0))
+        x = x + found.v * min(1.0, LONGEST / max(step, LEAST_DIVISOR))
+        if step <= PUSH_SETTLED:
+            break
+    return x
