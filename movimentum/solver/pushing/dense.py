@@ -1,11 +1,5 @@
-<<<<<<< HEAD
 """A step of a phase at any time: Chebyshev series through the poses at a few instants of it (Trefethen, *Approximation
 Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these poses cost nothing.
-=======
-"""A step of a phase on its equations at any time: Chebyshev series through its poses at a few instants (Trefethen,
-*Approximation Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these
-poses cost nothing.
->>>>>>> main
 """
 
 from __future__ import annotations
