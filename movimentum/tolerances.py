@@ -134,8 +134,8 @@ FIRST_JUMP_ACROSS = 1e-6
 LAST_JUMP_PAST_A_KINK = 1e-3
 """Of the interval: the longest jump past a kink of a block's equations."""
 KINK_LED_BACK = 1e-3
-"""Of such a jump: how near to the kink the path beyond it is followed back. Where it stands still there, as on a cusp, it
-goes with the power 2/3 of the time: a hundredth of what it moves in the jump is left."""
+"""Of such a jump: how near to the kink the path beyond it is followed back. Where it stands still there, as on a cusp,
+it goes with the power 2/3 of the time: a hundredth of what it moves in the jump is left."""
 KINK_MET = 0.05
 """Of what a path moves in such a jump: how near to the kink's place it comes back."""
 LANDING_PLACE_ROUNDING = 1e-12

@@ -32,7 +32,7 @@ Point = tuple[float, float]
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
-MANY_PIECES = 8
+MANY_PIECES = 2
 """Each is computed by itself if there are so many or more."""
 
 
