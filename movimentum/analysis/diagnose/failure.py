@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.outline_ends import end_of_curve
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
@@ -53,6 +54,8 @@ def failure_diagnostic(
         return away, 3
     if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
         return pushed
+    if (ended := end_of_curve(motion, segment_motion, trouble)) is not None:
+        return ended, 3
     block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
     if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
         return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
