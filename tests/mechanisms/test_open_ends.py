@@ -41,7 +41,9 @@ def test_a_pin_that_is_driven_over_the_end_is_told_when(seed):
     end = (x - begin) / speed
     statements = ["E.A = [200,200];", "E.angle = 0;", ".on(P.P, E) = 0;", f"P.P.x = {200 + begin} + {speed}*.t;"]
     random.shuffle(statements)
-    script = f"E : .curve A = [200,200] {text} .open;   P : .disc(4) P = [{200 + begin},200];\n@0 {' '.join(statements)}\n"
+    script = (
+        f"E : .curve A = [200,200] {text} .open;   P : .disc(4) P = [{200 + begin},200];\n@0 {' '.join(statements)}\n"
+    )
     motion = stages.solve(timeline_of(f"{HEAD}{script}@{end + 1.0}"))
     told = [item for item in stages.examine(motion).diagnostics if item.severity.name == "ERROR"]
     assert [item.code for item in told] == ["contact/end"]

@@ -65,7 +65,9 @@ def _told(
         Severity.ERROR,
         f"what touches {name} {what} at t = {when}: there is no contact from then"
         f" {until_when(motion, segment_motion, trouble)}",
-        span=item.span if item is not None else span_of_blocks(segment_motion, (plan.owner[plan.system.number_of[place]],)),
+        span=item.span
+        if item is not None
+        else span_of_blocks(segment_motion, (plan.owner[plan.system.number_of[place]],)),
         labels=() if curve is None else (Label(curve.span, "it is open"),),
         notes=(f"it is {number(place.touch.outline.length, 4)} px long, and ends where it is drawn to end",),
         helps=(
