@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable, Sequence
 
 from movimentum.expressions import symbols
 from movimentum.planning.structure.graph import groups
@@ -41,6 +41,34 @@ def touched(before: tuple[Scene, Segment], after: tuple[Scene, Segment]) -> Segm
     dirty = {part_of[node] for node in changed}
     active = (c for c, own in zip(now.active, stated, strict=True) if not own or part_of[own[0]] in dirty)
     return replace(now, active=tuple(active))
+
+
+def connected(
+    scene: Scene, segments: Sequence[Segment], things: Iterable[int]
+) -> tuple[list[Segment], list[Thing]] | None:
+    """The segments with only those constraints that what is stated anywhere connects with some ``things`` (by number),
+    and all things that are connected; None where more than anchors, angles and variables may connect them.
+    """
+    nodes: dict[Hashable, int] = {}
+    links: list[tuple[int, int]] = []
+    members: list[list[list[int]]] = []
+    for segment in segments:
+        members.append([])
+        for constraint in segment.active:
+            found = _mentioned(constraint)
+            if found is None:
+                return None
+            own = [nodes.setdefault(each, len(nodes)) for each in found]
+            links += [(own[0], other) for other in own[1:]]
+            members[-1].append(own)
+    wanted = {nodes[each] for each in things if each in nodes}
+    part = {node for group in groups(len(nodes), links) if wanted.intersection(group) for node in group}
+    kept = [
+        replace(segment, active=tuple(c for c, own in zip(segment.active, each, strict=True) if own and own[0] in part))
+        for segment, each in zip(segments, members, strict=True)
+    ]
+    numbers = {each for each, node in nodes.items() if node in part} | set(things)
+    return kept, [thing for thing in scene.things if thing.number in numbers]
 
 
 def _as_drawn(thing: Thing) -> tuple[Hashable, ...]:
