@@ -43,8 +43,8 @@ HALVED = 10
 
 
 def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile]:
-    """The profile of each of ``jobs``; see `scene.cutting`. It depends on what is connected with the tool and the frame:
-    where nothing of that is stated otherwise, it is found once.
+    """The profile of each of ``jobs``; see `scene.cutting`. It depends on what is connected with the tool and the
+    frame: where nothing of that is stated otherwise, it is found once.
     """
     made = scene()
     timeline = arrange(made)

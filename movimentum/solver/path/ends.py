@@ -1,4 +1,6 @@
-"""Where a place of contact leaves an open outline at one of its ends: the expressions of a curve go on there, it does not."""
+"""Where a place of contact leaves an open outline at one of its ends: the expressions of a curve go on there, it does
+not.
+"""
 
 from __future__ import annotations
 
