@@ -14,7 +14,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import Expr, add, call, const, sub, substitute, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.scene.leaves import Bearing, Cord, cords_of
-from movimentum.scene.model import Constraint, Relation
+from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.scene.names import symbol_name
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
