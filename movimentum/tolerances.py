@@ -1043,6 +1043,12 @@ PUSH_MET = 1e-3
 """Of what is allowed: how closely an event is found where that costs nothing."""
 PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
+PUSH_DENSE = 1e-8
+"""Of the unknowns' scale: what the last terms of a step's series may be, so that it is looked at in its place."""
+PUSH_DENSE_GAP = 1e-6
+"""Of the scene's size: the same of the series of a gap, whose zeros are only first guesses."""
+PUSH_DENSE_TIME = 1e-13
+"""Of a step: how closely a zero of a series is found."""
 PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
 PUSH_ASIDE = 1e-3

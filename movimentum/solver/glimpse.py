@@ -15,9 +15,10 @@ from movimentum.records import replace
 from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Scene, ThingProperty, VariableComponent
 from movimentum.solver.assembly import carry_at, held
+from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.beginning import begun
 from movimentum.solver.block.closed_form import State
@@ -124,7 +125,7 @@ def renumbered(carry: Carry, before: Scene, after: Scene) -> Carry:
     if old == list(range(len(before.things))):
         return carry
     of_new = {place: new for new, place in enumerate(old) if place is not None}
-    things = tuple(ThingPose() if place is None else now.things[place] for place in old)
+    things = tuple(BodyPose() if place is None else now.things[place] for place in old)
     others = {
         replace(payload, thing=of_new[payload.thing]) if isinstance(payload, ThingProperty) else payload: value
         for payload, value in now.others.items()

@@ -15,7 +15,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.leaves import ContactPlace, Kept
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
-from movimentum.solver.basis.pose_state import Snapshot, ThingPose
+from movimentum.solver.basis.pose_state import Snapshot
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +55,6 @@ def _number(value: object) -> float:
     return float(np.ravel(value)[0])  # type: ignore[arg-type]
 
 
-def _first(pose: BodyPose) -> ThingPose:
+def _first(pose: BodyPose) -> BodyPose:
     x, y, c, s = (_number(each) for each in (pose.x, pose.y, pose.c, pose.s))
-    return ThingPose(x, y, c, s, math.degrees(math.atan2(s, c)))  # its whole turns do not matter to outlines
+    return BodyPose(x, y, c, s, math.degrees(math.atan2(s, c)))  # its whole turns do not matter to outlines
