@@ -35,3 +35,23 @@ def least_squares(matrix: FloatArray, right: FloatArray, rank_tolerance: float |
     except np.linalg.LinAlgError:  # of what is not finite, or nearly so
         found = np.full((matrix.shape[1], *right.shape[1:]), np.nan)
     return np.asarray(found, dtype=np.float64)
+
+
+# --- places on something closed, such as angles in degrees, which are known but for whole rounds
+
+
+def within_half(value: Any, period: float = 360.0) -> Any:
+    """A difference of two places without whole rounds: at most half a round either way."""
+    return value - period * np.rint(value / period)
+
+
+def wound(value: Any, guess: Any, period: float = 360.0) -> Any:
+    """``value`` with the whole rounds that bring it nearest to ``guess``."""
+    return value + period * np.rint((guess - value) / period)
+
+
+def unwound_from(values: FloatArray, guess: Any, period: float = 360.0) -> tuple[FloatArray, FloatArray]:
+    """Of values (…, T): the first, with the rounds that bring it nearest to ``guess`` (…, 1), and the steps from each
+    to the next, without whole rounds.
+    """
+    return wound(values[..., :1], guess, period), within_half(np.diff(values, axis=-1), period)

@@ -9,9 +9,51 @@ that samples pixels adds the 0.5 (Pillow's ``transform`` does so by itself).
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from movimentum.records import dataclass
+from movimentum.tolerances import STRAIGHT_ARC
+
+Point = tuple[float, float]
+
+
+def hull(points: Iterable[Iterable[float]]) -> list[Point]:
+    """The corners of the convex hull of points (x, y), counter-clockwise (Andrew's monotone chain)."""
+
+    def half(ordered: Sequence[Point]) -> list[Point]:
+        chain: list[Point] = []
+        for point in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2], chain[-1]
+                if (bx - ax) * (point[1] - ay) > (by - ay) * (point[0] - ax):
+                    break
+                chain.pop()
+            chain.append(point)
+        return chain[:-1]
+
+    ordered: list[Point] = sorted({(float(x), float(y)) for x, y in points})
+    return half(ordered) + half(ordered[::-1]) if len(ordered) > 1 else ordered
+
+
+def counter_clockwise(corners: tuple[Point, ...]) -> tuple[Point, ...]:
+    """The corners of a polygon in counter-clockwise order: the same, or from the last to the first."""
+    area = sum(px * qy - qx * py for (px, py), (qx, qy) in zip(corners, [*corners[1:], corners[0]], strict=True))
+    return corners if area >= 0.0 else corners[::-1]
+
+
+def arc_between(start: Point, middle: Point, end: Point) -> tuple[Point, float, float] | None:
+    """The arc from ``start`` through ``middle`` to ``end``: its centre, the direction (degrees) in which it starts from
+    there, and its turn (degrees, counter-clockwise); None if that is a straight line.
+    """
+    (ax, ay), (bx, by) = ((x - start[0], y - start[1]) for x, y in (middle, end))
+    cross, a, b = ax * by - ay * bx, ax * ax + ay * ay, bx * bx + by * by
+    if abs(cross) <= STRAIGHT_ARC * (a + b):
+        return None
+    centre = start[0] + (by * a - ay * b) / (2.0 * cross), start[1] + (ax * b - bx * a) / (2.0 * cross)
+    begin, last = (math.degrees(math.atan2(y - centre[1], x - centre[0])) for x, y in (start, end))
+    return centre, begin, (last - begin) % 360.0 if cross > 0.0 else -((begin - last) % 360.0)
 
 
 class Affine(NamedTuple):

@@ -131,6 +131,13 @@ DEPARTURES_MIRRORED = 1e-6
 taken does not depend on the order of the statements."""
 FIRST_JUMP_ACROSS = 1e-6
 """Of the interval: the first jump past a singular point, doubled until one lands."""
+LAST_JUMP_PAST_A_KINK = 1e-3
+"""Of the interval: the longest jump past a kink of a block's equations."""
+KINK_LED_BACK = 1e-3
+"""Of such a jump: how near to the kink the path beyond it is followed back. Where it stands still there, as on a cusp, it
+goes with the power 2/3 of the time: a hundredth of what it moves in the jump is left."""
+KINK_MET = 0.05
+"""Of what a path moves in such a jump: how near to the kink's place it comes back."""
 LANDING_PLACE_ROUNDING = 1e-12
 """Of the unknowns' scale: what a landing past a singular point may be off by however little moves."""
 LANDING_RATE_ROUNDING = 1e-12
@@ -503,6 +510,9 @@ FACETS_TOUCH = 1e-10
 """Of an outline's size: polygons that overlap by no more touch; what parts them is found to about 1e-13."""
 PLACES_MEET = 1e-9
 """Of an outline's size, and of directions: what the rows of a contact may be off where Newton's method has found it."""
+PLACED_ELSEWHERE = 1e-6
+"""Of outlines' sizes: a solution whose place of contact is farther away than the nearest one by more touches somewhere
+else. Places that are as near are found to about 1e-9."""
 PLACE_ROUNDS = 1e-10
 """Of the same range: steps of Newton's method that are less, and do not become less, are rounding."""
 SLOWEST_PACE = 0.05
@@ -1029,6 +1039,12 @@ PUSH_MET = 1e-3
 """Of what is allowed: how closely an event is found where that costs nothing."""
 PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
+PUSH_DENSE = 1e-8
+"""Of the unknowns' scale: what the last terms of a step's series may be, so that it is looked at in its place."""
+PUSH_DENSE_GAP = 1e-6
+"""Of the scene's size: the same of the series of a gap, whose zeros are only first guesses."""
+PUSH_DENSE_TIME = 1e-13
+"""Of a step: how closely a zero of a series is found."""
 PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
 PUSH_ASIDE = 1e-3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
@@ -142,3 +143,35 @@ def test_one_name_stands_for_one_tolerance() -> None:
 
 def test_a_small_number_is_found() -> None:
     assert small_numbers(ast.parse("MET = 1e-9\ndef f(x): return x < 0.001 or x == 0.0 or x > 0.1")) == [1, 2]
+
+
+SPEAKS_OF_OPTIONS = {
+    "movimentum.cli": "it is the command line",
+    "movimentum.repl": "its commands have options of their own",
+    "movimentum.console": "what the command line prints",
+    "movimentum.golden": "commands, and the options of pytest",
+    "movimentum.version": "an option of git",
+    "movimentum.workflow.installation": "an option of git",
+    "movimentum.equations.preludes": "C",
+    "movimentum.markup": "CSS",
+    "movimentum.advice": "the one place where options are spelled",
+    "movimentum.interop.recognised": "a whole command that can be typed",
+    "movimentum.editing.words": "help on a word, not on what was asked",
+}
+
+
+def test_the_library_names_no_option_of_the_command_line() -> None:
+    """It says what can be chosen (`movimentum.advice`), and each front end has its own words for that."""
+    flag = re.compile(r"(?<![\w-])(--[a-z]|-o )")
+    found: list[str] = []
+    for name, (_, tree) in modules("movimentum").items():
+        if any(f"{name}.".startswith(f"{each}.") for each in SPEAKS_OF_OPTIONS):
+            continue
+        prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        found += [
+            f"{name}:{node.lineno}: {node.value}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose
+            if flag.search(re.sub(r"`movimentum [^`]*`", "", node.value))
+        ]
+    assert found == []

@@ -8,6 +8,7 @@ from typing import overload
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.appearance import odd_looks
 from movimentum.analysis.diagnose.claims import claim_diagnostics
@@ -18,7 +19,7 @@ from movimentum.analysis.diagnose.jumps import jumps
 from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
-from movimentum.analysis.diagnose.undetermined import free_motions, unstated_clocks
+from movimentum.analysis.diagnose.undetermined import free_motions, unstated_names
 from movimentum.analysis.diagnose.valueless import empty_graphs, undefined_arrows, valueless
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
@@ -138,7 +139,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
         found.extend(film_loops(motion))
     fault = fault or (1 if misplaced else 0)
     if fault or any(item.code == "constraint/free-motion" and item.severity is Severity.WARNING for item in found):
-        found.extend(unstated_clocks(motion, found))
+        found.extend(unstated_names(motion, found))
     if fault == 0 and any(segment_motion.plan.wishes for segment_motion in motion.segments):
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
@@ -246,7 +247,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
             notes=(
                 f"in {counted(found.frames, 'frame')} of this step; positions there are known to about {known} pixels",
             ),
-            helps=("`--accuracy high` solves such frames to the last digit",),
+            helps=(Advised("`", Choose.ACCURACY.to("high"), "` solves such frames to the last digit"),),
         )
 
 
@@ -344,5 +345,5 @@ def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
         message=message,
         span=span,
         notes=(note,),
-        helps=("`--on-failure skip` leaves such frames out",),
+        helps=(Advised("`", Choose.ON_FAILURE.to("skip"), "` leaves such frames out"),),
     )

@@ -9,7 +9,6 @@ import inspect
 import math
 import operator
 import os
-import re
 import types
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from reprlib import repr as short
 from threading import Lock
 from typing import Any, Literal, ParamSpec, SupportsIndex, TypeGuard, TypeVar, Union, cast, get_args, get_origin
 
+from movimentum.advice import Advised, Choose, Part, ScriptCommand, Setting, in_shell
 from movimentum.diagnostics import Diagnostic
 from movimentum.errors import MovimentumError, UsageError, usage_error
 from movimentum.records import dataclass, replace
@@ -218,52 +218,59 @@ def _kinds(hint: Any) -> list[str]:
 # --- errors
 
 _LIMITS = {
-    "max-frames": "frames", "max-pixels": "pixels", "max-nesting": "nesting", "max-operations": "operations",
-    "max-digits": "digits",
+    Choose.MAX_FRAMES: "frames", Choose.MAX_PIXELS: "pixels", Choose.MAX_NESTING: "nesting",
+    Choose.MAX_OPERATIONS: "operations", Choose.MAX_DIGITS: "digits",
 }  # fmt: skip
-_OPTIONS = (
-    "accuracy", "at", "background", "dask", "digits", "effort", "for", "fps", "frames", "live", "loop",
-    "lossy", "measure",
-    "on-failure", "output", "quality", "sample", "scale", "set", "show", "strict", "text", "trace", "transparent",
-    "vary", "workers", *_LIMITS,
-)  # fmt: skip
-_WORDS = rf"(?:--({'|'.join(_OPTIONS)})|-(o))(?![\w-])"
-_TYPED = re.compile(rf"(?:^|(?<=`)){_WORDS}[ =]('[^']*'|[^\s`]+)(?=`|$)")
-"""An option with its value, as one would type it: a whole text, or in backticks."""
-_NAMED = re.compile(rf"(?<![\w-]){_WORDS}")
-_COMMANDS = re.compile(r"`movimentum (fit|sweep|check)`")
+_ELSEWHERE = frozenset({
+    Choose.CERTIFY, Choose.DRIVE, Choose.FORMAT, Choose.HOLE, Choose.MAX_VARIANTS, Choose.OF, Choose.PLOT,
+    Choose.RESUME, Choose.SECONDS, Choose.SHEET, Choose.SNAP, Choose.SNAP_ANGLE, Choose.THICKNESS,
+})  # fmt: skip
+"""What only the command line has."""
+_CALLED = {Choose.DASK: "client", Choose.SET: "with_constants", Choose.OUTPUT: "path"}
+_NUMBERS = (Choose.AT, Choose.FPS, Choose.SCALE, Choose.WORKERS)
 
 
-def _named(found: re.Match[str]) -> str:
-    """What Python calls an option."""
-    option = found[1] or "output"
-    other = {"dask": "client", "for": "for_", "set": "with_constants", "output": "path"}
-    return other.get(option) or (f"Limits({_LIMITS[option]}=…)" if option in _LIMITS else option.replace("-", "_"))
+def _in_python(part: Part) -> str:
+    """What Python calls an option, or writes for one with its value."""
+    match part:
+        case ScriptCommand():
+            return f"`script.{part.value}`"
+        case Setting(option, value) if option not in _ELSEWHERE:
+            return _keyword(option, value.strip("'")) if value else _named(option)
+        case _:
+            return in_shell(part)
 
 
-def _keyword(found: re.Match[str]) -> str:
-    """What Python writes for an option with its value."""
-    option, value = found[1] or "output", found[3].strip("'")
-    name, sign, values = value.partition("=")
+def _named(option: Choose) -> str:
     if option in _LIMITS:
-        return f"Limits({_LIMITS[option]}={value})"
-    if option == "set":
-        return f'with_constants({{"{name}": {values}}})'
-    if option == "vary":
-        parts = values.split(":")
-        some = f"np.linspace({', '.join(parts)})" if len(parts) == 3 else f"({', '.join(parts)})"
-        return f"{name}={'…' if not sign else some if len(parts) > 1 else f'[{values}]'}"
-    if option == "live":
-        return "live(" + ", ".join(f'"{each}"' for each in value.split(",")) + ")"
-    text = value if option in ("at", "digits", "effort", "fps", "loop", "scale", "workers") else f'"{value}"'
-    return text if option == "output" else f"{option.replace('-', '_')}={text}"
+        return f"Limits({_LIMITS[option]}=…)"
+    return _CALLED.get(option) or option.value.replace("-", "_")
+
+
+def _keyword(option: Choose, value: str) -> str:
+    name, sign, values = value.partition("=")
+    match option:
+        case _ if option in _LIMITS:
+            return f"Limits({_LIMITS[option]}={value})"
+        case Choose.SET:
+            return f'with_constants({{"{name}": {values}}})'
+        case Choose.VARY:
+            parts = values.split(":")
+            some = f"np.linspace({', '.join(parts)})" if len(parts) == 3 else f"({', '.join(parts)})"
+            return f"{name}={'…' if not sign else some if len(parts) > 1 else f'[{values}]'}"
+        case Choose.LIVE:
+            return "live(" + ", ".join(f'"{each}"' for each in value.split(",")) + ")"
+        case Choose.OUTPUT:
+            return f'"{value}"'
+        case _:
+            return f"{option.value.replace('-', '_')}={value}" if option in _NUMBERS else f'{_named(option)}="{value}"'
 
 
 def in_python(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Diagnostics that name keywords where the command line has options."""
 
     def told(text: str) -> str:
-        return _COMMANDS.sub(r"`script.\1`", _NAMED.sub(_named, _TYPED.sub(_keyword, text)))
+        return text.worded(_in_python) if isinstance(text, Advised) else text
 
     return tuple(
         replace(

@@ -126,8 +126,7 @@ class _Film:
             low, high = motion.span(number, 0, timeline.frame_count) or (0, 0)
             times = [timeline.frame_time(frame) for frame in range(low, high)]
             tau = np.array([float(time - start) for time in times])
-            begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-            of_piece = np.searchsorted(begins, tau, side="right")
+            of_piece = segment_motion.piece_numbers(tau)
             for index, piece in enumerate(segment_motion.pieces):
                 if isinstance(piece, Unsolved):
                     end = min(piece.end, float(segment_motion.segment.end - start))

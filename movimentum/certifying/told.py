@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.certifying.bounds import Bound, BoundVerdict
 from movimentum.certifying.certificate import Break, Certificate
 from movimentum.diagnostics import Diagnostic, Severity
@@ -30,7 +31,7 @@ def certificate_diagnostics(found: Certificate) -> Iterator[Diagnostic]:
             message=f"the film cannot be certified: {one.why}",
             span=one.span,
             notes=("tubes enclose what equations and formulas of time determine",),
-        ).advised("`movimentum check` without `--certify` checks it by numbers")
+        ).advised(Advised(ScriptCommand.CHECK, " without `", Choose.CERTIFY.to(), "` checks it by numbers"))
     for one in found.breaks:
         yield _break(one)
     for jump in found.jumps:

@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.drawing.beziers import bezier
 from movimentum.drawing.parts import FigurePart, PartForm, Point, arc_through, circle, outlined, pin, ring, rounded
+from movimentum.geometry import counter_clockwise
 from movimentum.scene.model import Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Look
@@ -114,7 +115,7 @@ def _plate(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
 
 
 def _polygon(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
-    return outlined(_counter_clockwise(points), _edge(thing.look))
+    return outlined(counter_clockwise(points), _edge(thing.look))
 
 
 def _ring(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
@@ -158,7 +159,7 @@ def _curve(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
         return ()
     points = outline.drawn
     if outline.closed:
-        return outlined(_counter_clockwise(points), _edge(look))
+        return outlined(counter_clockwise(points), _edge(look))
     color = None if look.color is not None else INK
     return (FigurePart(PartForm.STROKE, points, look.outline or OPEN_CURVE, color, False, look.dash, look.cap),)
 
@@ -172,8 +173,8 @@ def _body(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
 
     found: list[FigurePart] = []
     for outer, *holes in thing.own.pieces:
-        inner = tuple(_counter_clockwise(drawn(hole))[::-1] for hole in holes)
-        found += outlined(_counter_clockwise(drawn(outer)), _edge(thing.look), holes=inner)
+        inner = tuple(counter_clockwise(drawn(hole))[::-1] for hole in holes)
+        found += outlined(counter_clockwise(drawn(outer)), _edge(thing.look), holes=inner)
     return tuple(found)
 
 
@@ -198,11 +199,6 @@ def support(
     )
     edge = FigurePart(PartForm.STROKE, (), width, ink, True)
     return (*hatches, *outlined(corners, edge, inside), line)
-
-
-def _counter_clockwise(points: tuple[Point, ...]) -> tuple[Point, ...]:
-    area = sum(px * qy - qx * py for (px, py), (qx, qy) in zip(points, [*points[1:], points[0]], strict=True))
-    return points if area >= 0.0 else points[::-1]
 
 
 FIGURES: dict[str, Callable[[Thing, tuple[Point, ...]], tuple[FigurePart, ...]]] = {

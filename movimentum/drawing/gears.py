@@ -7,9 +7,9 @@ where ``cos a = base radius / r``. Below the base circle, where there is no invo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from movimentum.drawing.parts import Point, circle
+from movimentum.outlines.shapes import tip_radius
 from movimentum.scene.model import Thing
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, rack_corners
 
@@ -42,7 +42,7 @@ def _tooth(
         return min(pitch / 2.0 + _involute(PRESSURE_ANGLE) - _involute(_angle(base, r)), 0.98 * pitch)
 
     root = max(radius - dedendum * module, 0.1 * module)
-    tip = _tip(half, radius, radius + addendum * module)
+    tip = tip_radius(half, radius, radius + addendum * module)
     low = max(base, root)
     # equal steps of the angle that the taut string has turned through
     turn_low, turn_tip = (math.sqrt(max((r / base) ** 2 - 1.0, 0.0)) for r in (low, tip))
@@ -53,16 +53,6 @@ def _tooth(
     top = _between(tip, rising[-1][1], falling[0][1])
     bottom = _between(root, falling[-1][1], 2.0 * pitch - falling[-1][1])
     return [*rising, *top, *falling, *bottom]
-
-
-def _tip(half: Callable[[float], float], low: float, high: float) -> float:
-    """The radius of the tip: where a tooth would be pointed if that is below ``high``."""
-    if half(high) >= 0.0:
-        return high
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if half(middle) >= 0.0 else (low, middle)
-    return low
 
 
 def _between(radius: float, begin: float, end: float) -> list[tuple[float, float]]:

@@ -26,8 +26,9 @@ from movimentum.drawing.model import (
     ThingMark,
     TraceMark,
 )
-from movimentum.drawing.parts import FigurePart, PartForm, hull
+from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.style import ARROW_WIDTH, LONGEST, MIDDLE, SHORTEST, Color
+from movimentum.geometry import hull
 from movimentum.solver.poses import Poses
 
 

@@ -6,6 +6,7 @@ import math
 from enum import StrEnum
 from fractions import Fraction
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 from movimentum.records import dataclass
@@ -95,7 +96,7 @@ def trace_anchors(scene: Scene, names: tuple[str, ...]) -> tuple[AnchorRef, ...]
                     "name/unknown-anchor",
                     Severity.ERROR,
                     f"there is no anchor `{name}` to trace",
-                    helps=tuple(f"--trace {item}" for item in near or sorted(known)[:3]),
+                    helps=tuple(Choose.TRACE.to(item) for item in near or sorted(known)[:3]),
                 )
             )
     if problems:

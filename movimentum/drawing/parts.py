@@ -6,14 +6,12 @@ import math
 from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
-from typing import TypeAlias
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.geometry import Point, arc_between, hull
 from movimentum.records import dataclass
 from movimentum.things.kind import Color
-from movimentum.tolerances import LEAST_ARC_RADIUS, NO_DASH, SAME_TURN_DEG, STRAIGHT_ARC
-
-Point: TypeAlias = tuple[float, float]
+from movimentum.tolerances import LEAST_ARC_RADIUS, NO_DASH, SAME_TURN_DEG
 
 
 class PartForm(StrEnum):
@@ -158,32 +156,11 @@ def circle(centre: Point, radius: float, begin: float = 0.0, end: float = 360.0)
 
 def arc_through(start: Point, middle: Point, end: Point) -> list[Point]:
     """Points between ``start`` and ``end`` on their circle through ``middle``; none if that is a straight line."""
-    (ax, ay), (bx, by) = ((x - start[0], y - start[1]) for x, y in (middle, end))
-    cross, a, b = ax * by - ay * bx, ax * ax + ay * ay, bx * bx + by * by
-    if abs(cross) <= STRAIGHT_ARC * (a + b):
+    found = arc_between(start, middle, end)
+    if found is None:
         return [middle]
-    centre = start[0] + (by * a - ay * b) / (2.0 * cross), start[1] + (ax * b - bx * a) / (2.0 * cross)
-    begin, last = (math.degrees(math.atan2(y - centre[1], x - centre[0])) for x, y in (start, end))
-    turn = (last - begin) % 360.0 if cross > 0.0 else -((begin - last) % 360.0)
+    centre, begin, turn = found
     return circle(centre, math.dist(centre, start), begin, begin + turn)[1:-1]
-
-
-def hull(points: Sequence[Point]) -> list[Point]:
-    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-
-    def half(ordered: Sequence[Point]) -> list[Point]:
-        chain: list[Point] = []
-        for point in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2], chain[-1]
-                if (bx - ax) * (point[1] - ay) > (by - ay) * (point[0] - ax):
-                    break
-                chain.pop()
-            chain.append(point)
-        return chain[:-1]
-
-    ordered = sorted(set(points))
-    return half(ordered) + half(ordered[::-1]) if len(ordered) > 1 else ordered
 
 
 def rounded(points: Sequence[Point], radius: float) -> tuple[Point, ...]:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from movimentum.drawing.figures import PIN_EDGE
 from movimentum.drawing.model import FigureMark, Paint
-from movimentum.drawing.parts import FigurePart, PartForm, hull, pin
+from movimentum.drawing.parts import FigurePart, PartForm, pin
+from movimentum.geometry import hull
 from movimentum.scene.model import AnchorRef, Scene, Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Color

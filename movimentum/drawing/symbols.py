@@ -23,7 +23,6 @@ from movimentum.drawing.laid import columns, frame, laid, line, own_of, stroke
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
-from movimentum.drawing.signs import parallel, right_angle, ticks
 from movimentum.drawing.texts import number_text, written
 from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
@@ -33,8 +32,47 @@ from movimentum.things.kinds.arc import Angle
 from movimentum.things.kinds.dimension import Distance
 from movimentum.things.kinds.label import LABEL
 from movimentum.things.kinds.piston import CYLINDER
+from movimentum.things.kinds.signs import Counted
 from movimentum.things.kinds.spring import Coiled
 from movimentum.tolerances import LEAST_ARROW
+
+# --- signs of geometry at anchors: right angles, equal lengths, parallel lines
+
+
+def right_angle(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    """The two sides of a small square at the second point."""
+    corner = points[:, 1]
+    first, second = (frame(points[:, [1, end]]) for end in (0, 2))
+    side = mark.size * np.minimum(1.0, 0.5 * np.minimum(first[2], second[2]) / mark.size)[:, None]
+    u, v = side * first[0], side * second[0]
+    yield MovingPart(stroke(mark), np.stack([corner + u, corner + u + v, corner + v], axis=1), shown)
+
+
+def ticks(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    """Strokes across the middle of the line."""
+    for middle in _middles(mark, points, 0.4):
+        ends = (middle, -0.5 * mark.size), (middle, 0.5 * mark.size)
+        yield MovingPart(stroke(mark), line(points, len(points), *ends), shown)
+
+
+def parallel(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
+    """Heads of arrows on the middle of the line, which point to its end."""
+    for middle in _middles(mark, points, 0.6):
+        back, half = middle - 0.35 * mark.size, 0.45 * mark.size
+        corners = (back, -half), (middle + 0.35 * mark.size, 0.0), (back, half)
+        yield MovingPart(stroke(mark), line(points, len(points), *corners), shown)
+
+
+def _middles(mark: SymbolMark, points: FloatArray, apart: float) -> Iterator[FloatArray]:
+    """(F,) how far along the line each sign is."""
+    count = own_of(mark, Counted).count
+    _, _, length = frame(points)
+    for number in range(count):
+        yield length / 2.0 + (number - (count - 1) / 2.0) * apart * mark.size
+
+
+# ---
+
 
 GAP = 4.0
 """World pixels between a dimension's lines and the points that they are about."""

@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
+from movimentum.advice import Choose
 from movimentum.budget import DEFAULT_MEGABYTES
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encoding.pieces import Coder, FramePiece
@@ -264,7 +265,7 @@ def _receive(pipe: Connection) -> tuple[int, Pieces | Exception]:
 
 def _died() -> MovimentumError:
     message = "a worker process ended unexpectedly (out of memory?)"
-    return MovimentumError([Diagnostic("render/worker", Severity.ERROR, message, helps=("--workers 1",))])
+    return MovimentumError([Diagnostic("render/worker", Severity.ERROR, message, helps=(Choose.WORKERS.to(1),))])
 
 
 def timed_frames(

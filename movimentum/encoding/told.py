@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import ceil, floor, sqrt
 from pathlib import Path
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.encoding.gif import ANIMATED_AREA, FASTEST, SEEN, GifWriter
 from movimentum.encoding.palette import MOST
@@ -29,8 +30,8 @@ def only_first(frames: range, drawn: range, path: Path) -> list[Diagnostic]:
     if len(drawn) == len(frames):
         return []
     what = f"`{path.name}` is one picture, and {counted(len(frames), 'frame')} are asked for: this is frame {drawn[0]}"
-    numbered = f"-o {typed(path.with_name(f'{path.stem}-%04d{path.suffix}'))}"
-    return [Diagnostic(FIRST, Severity.NOTE, what, helps=(numbered, f"-o {typed(path.with_suffix('.gif'))}"))]
+    numbered = Choose.OUTPUT.to(typed(path.with_name(f"{path.stem}-%04d{path.suffix}")))
+    return [Diagnostic(FIRST, Severity.NOTE, what, helps=(numbered, Choose.OUTPUT.to(typed(path.with_suffix(".gif")))))]
 
 
 def too_fast(fps: Fraction) -> Diagnostic:
@@ -40,7 +41,7 @@ def too_fast(fps: Fraction) -> Diagnostic:
         Severity.WARNING,
         f"GIF shows at most {FASTEST} frames a second: {float(fps):g} are thinned out to {FASTEST}",
         notes=("browsers slow faster films down to 10 frames a second",),
-        helps=(f"--fps {FASTEST}", "-o out.webp"),
+        helps=(Choose.FPS.to(FASTEST), Choose.OUTPUT.to("out.webp")),
     )
 
 
@@ -53,8 +54,11 @@ def colors(writer: GifWriter, lossy: int, path: Path) -> list[Diagnostic]:
         found.append(Diagnostic("render/gif-colors", Severity.WARNING, message, helps=(_as_webp(path),)))
     if writer.cut:
         message = "a pixel of a GIF is opaque or clear: edges that were half-transparent are jagged"
-        notes = (f"{counted(writer.cut, 'pixel')} of a frame", "--background: the colour that edges are blended with")
-        helps = ("--background white", _as_webp(path))
+        notes = (
+            f"{counted(writer.cut, 'pixel')} of a frame",
+            Advised(Choose.BACKGROUND.to(), ": the colour that edges are blended with"),
+        )
+        helps = (Choose.BACKGROUND.to("white"), _as_webp(path))
         found.append(Diagnostic("render/gif-alpha", Severity.WARNING, message, notes=notes, helps=helps))
     return found
 
@@ -65,10 +69,10 @@ def weight(size: int, path: Path, frames: int, picture: tuple[int, int], fps: Fr
         return []
     each = f"{counted(frames, 'frame')} of {picture[0]} x {picture[1]} pixels, {size / frames / 1000:.1f} kB each"
     helps = (
-        *(() if lossy else ("--lossy 8",)),
-        f"-o {typed(path.with_suffix('.mp4'))}",
-        f"--fps {max(1, round(fps / 2))}",
-        "--scale 0.7",
+        *(() if lossy else (Choose.LOSSY.to(8),)),
+        Choose.OUTPUT.to(typed(path.with_suffix(".mp4"))),
+        Choose.FPS.to(max(1, round(fps / 2))),
+        Choose.SCALE.to("0.7"),
     )
     return [Diagnostic(HEAVY, Severity.NOTE, f"`{path.name}` has {size / 1e6:.1f} MB: {each}", helps=helps)]
 
@@ -82,7 +86,7 @@ def area(path: Path, frames: int, size: tuple[int, int], scale: float, fps: Frac
     slower = floor(fps * ANIMATED_AREA / (width * height * frames))
     whole = f"{counted(frames, 'frame')} of {width} x {height} pixels, {width * height * frames / 1e6:,.0f} megapixels"
     note = f"of GIFs over {ANIMATED_AREA // 10**6} megapixels, counted over all frames, Wikipedia shows only a still"
-    helps = (f"--scale {smaller:.4g}", *((f"--fps {slower}",) if slower >= _SLOWEST else ()))
+    helps = (Choose.SCALE.to(f"{smaller:.4g}"), *((Choose.FPS.to(slower),) if slower >= _SLOWEST else ()))
     return [Diagnostic(AREA, Severity.NOTE, f"`{path.name}` has {whole}", notes=(note,), helps=helps)]
 
 
@@ -109,4 +113,4 @@ def short(scale: float) -> float:
 
 
 def _as_webp(path: Path) -> str:
-    return f"-o {typed(path.with_suffix('.webp'))}"
+    return Choose.OUTPUT.to(typed(path.with_suffix(".webp")))

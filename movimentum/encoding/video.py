@@ -12,6 +12,7 @@ from typing import Any
 
 from PIL import Image
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 
@@ -51,7 +52,14 @@ def write_video(
             stream = container.add_stream(codec, rate=fps, options=options)
         except (ValueError, LookupError, av.error.FFmpegError) as error:
             raise UsageError(
-                [Diagnostic("output/video", Severity.ERROR, f"this PyAV has no encoder {codec}", helps=("-o out.gif",))]
+                [
+                    Diagnostic(
+                        "output/video",
+                        Severity.ERROR,
+                        f"this PyAV has no encoder {codec}",
+                        helps=(Choose.OUTPUT.to("out.gif"),),
+                    )
+                ]
             ) from error
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         context = stream.codec_context

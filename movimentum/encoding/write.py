@@ -26,6 +26,7 @@ from typing import BinaryIO
 
 from PIL import Image, ImageChops
 
+from movimentum.advice import Advised, Choose
 from movimentum.budget import held
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.style import Color
@@ -103,29 +104,27 @@ def check_output(path: Path, frames: int | None = None, *, transparent: bool = F
     if suffix not in FORMATS:
         message = f"cannot tell a format from `{name}`: known are {', '.join(FORMATS)}"
         near = _nearest(suffix)
-        raise usage_error("output/format", message, f"-o {typed(path.with_suffix(near))}" if near else "-o out.gif")
+        instead = typed(path.with_suffix(near)) if near else "out.gif"
+        raise usage_error("output/format", message, Choose.OUTPUT.to(instead))
     found = FORMATS[suffix]
     if not found.still:
         return found.kind
     if transparent and found.opaque:
         message = f"a {found.name} has no transparency"
-        raise usage_error("output/opaque", message, f"-o {typed(path.with_suffix('.png'))}")
+        raise usage_error("output/opaque", message, Choose.OUTPUT.to(typed(path.with_suffix(".png"))))
     if "%" not in name:
         if frames is not None and frames > 1:
             raise usage_error(
                 "output/one-picture",
                 f"{frames} frames do not fit into one picture `{name}`",
-                f"-o {typed(path.with_name(path.stem + '-%04d' + path.suffix))}",
-                f"-o {typed(path.with_suffix('.apng'))}",
-                "--at 0",
+                Choose.OUTPUT.to(typed(path.with_name(path.stem + "-%04d" + path.suffix))),
+                Choose.OUTPUT.to(typed(path.with_suffix(".apng"))),
+                Choose.AT.to(0),
             )
         return found.kind
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", name):
-        raise usage_error(
-            "output/pattern",
-            f"`{name}` must have one %d (or %04d) for the frame's number",
-            f"-o out-%04d{path.suffix}",
-        )
+        message = f"`{name}` must have one %d (or %04d) for the frame's number"
+        raise usage_error("output/pattern", message, Choose.OUTPUT.to(f"out-%04d{path.suffix}"))
     return "sequence"
 
 
@@ -162,12 +161,12 @@ def write_animation(
     write = _write_sequence if kind == "sequence" else found.write
     assert write is not None, f"{found.kind} is not made of pixels"
     if lossy and found.kind != "gif":
-        message = f"--lossy is for GIFs: a {found.name} is as exact as its format allows"
-        raise usage_error("output/lossy", message, f"-o {typed(path.with_suffix('.gif'))}")
+        message = Advised(Choose.LOSSY.to(), f" is for GIFs: a {found.name} is as exact as its format allows")
+        raise usage_error("output/lossy", message, Choose.OUTPUT.to(typed(path.with_suffix(".gif"))))
     if found.largest is not None and max(painter.size) > found.largest:
         width, height = painter.size
         message = f"{width} x {height} pixels: the limit of {found.name} is {found.largest} each way"
-        raise usage_error("limit/pixels", message, "--scale 0.5")
+        raise usage_error("limit/pixels", message, Choose.SCALE.to("0.5"))
     return write(_Job(found, painter, source, total, fps, loop, lossy, matte, workers, progress, elsewhere), path)
 
 
@@ -318,7 +317,8 @@ def _write_video(job: _Job, path: Path) -> WriteReport:
     warnings: list[Diagnostic] = []
     if painter.transparent:
         message = f"{kind.upper()} files have no transparency here: the background is used"
-        warnings.append(Diagnostic("render/no-transparency", Severity.WARNING, message, helps=("-o out.webp",)))
+        helps = (Choose.OUTPUT.to("out.webp"),)
+        warnings.append(Diagnostic("render/no-transparency", Severity.WARNING, message, helps=helps))
     done = 0
 
     def step() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.expressions import ONE, ZERO, Expr, mul, neg, ratio, sub, substitute, symbol, walk
 from movimentum.fitting.slopes import Dual, SlopesOf, dual_function, full, units
 from movimentum.planning.codegen.generate import Clocks
@@ -274,7 +274,7 @@ class SideFormulas:
 def signed(aim: LoweredAim, side: FloatArray) -> tuple[FloatArray, float]:
     """By how much a side is off: what is too much of an inequality, an angle within half a turn; and its sign."""
     if aim.angular:
-        return side - 360.0 * np.rint(side / 360.0), 1.0
+        return within_half(side), 1.0
     sign = aim.sign or 1.0
     return sign * side, sign
 

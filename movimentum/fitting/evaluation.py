@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, wound
 from movimentum.expressions import Expr
 from movimentum.fitting.aims import READABLE, Evaluation, ReducedExpr, SideFormulas
 from movimentum.fitting.slopes import (
@@ -36,7 +36,6 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across
 from movimentum.solver.kinds.across import Across, problem_at
 from movimentum.solver.kinds.kernels import across
-from movimentum.solver.kinds.winding import wound
 from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_MOTION
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun

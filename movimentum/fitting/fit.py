@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from movimentum.advice import Choose
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import ScriptError, usage_error
 from movimentum.fitting.aims import LoweredAims, SideFormulas, lower_aims
@@ -135,7 +136,7 @@ def make_job(
                 chosen[constant.name] = constant.least, constant.most
     if not chosen:
         message = "no constant has a `.range`, so there is nothing to fit"
-        raise usage_error("fit/nothing", message, ".let L = 100 .range(60, 200);", "--vary L=60:200")
+        raise usage_error("fit/nothing", message, ".let L = 100 .range(60, 200);", Choose.VARY.to("L=60:200"))
     for name, (low, high) in chosen.items():
         check_interval(name, low, high, known)
     if not any(isinstance(aim, Claim) for step in scene.steps for aim in step.aims):
@@ -201,7 +202,7 @@ def _traced(
             key = None
         if key != base:
             message = f"things, steps or times depend on `{name}`, so it cannot be fitted"
-            raise usage_error("fit/constant", message, f"--set {name}={own[name]:.10g}")
+            raise usage_error("fit/constant", message, Choose.SET.to(f"{name}={own[name]:.10g}"))
     return variants.timeline(variants.traced_choices(values))
 
 

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from movimentum.advice import Choose
 from movimentum.errors import usage_error
 from movimentum.fitting.fit import Fitted
 from movimentum.output.files import whole_file
@@ -32,7 +33,7 @@ def with_constants(scene: Scene, values: Mapping[str, float], folder: Path | Non
             continue
         if constant.expression.end > len(source.text):
             message = f"`{constant.name}` is a constant of an included file, which is not written"
-            raise usage_error("fit/constant", message, f"--set {constant.name}={values[constant.name]!r}")
+            raise usage_error("fit/constant", message, Choose.SET.to(f"{constant.name}={values[constant.name]!r}"))
         text = float_text(values[constant.name])
         bracketed = text.startswith("-") and source.text[constant.expression.end :].lstrip().startswith(".")
         edits.append(Edit(constant.expression, f"({text})" if bracketed else text))

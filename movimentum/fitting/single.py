@@ -18,6 +18,7 @@ from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.planning.structure.rates import RateError
 from movimentum.query import reader
 from movimentum.records import dataclass, field, replace
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
@@ -207,9 +208,7 @@ def _parts(motion: PathMotion, slopes: Sequence[SegmentSlopes], varied: Sequence
 def _state(motion: SegmentMotion, plan: Plan, tau: FloatArray) -> list[FloatArray]:
     """The unknowns of ``plan`` (1, F) at offsets ``tau`` (F,) of a segment; LookupError where it has not got one."""
     table = np.full((len(plan.system.unknowns), len(tau)), np.nan)
-    of_piece = np.searchsorted([piece.begin for piece in motion.pieces[1:]], tau, side="right")
-    for number in np.unique(of_piece):
-        piece, chosen = motion.pieces[int(number)], of_piece == number
+    for piece, chosen, _ in motion.by_piece(Instants(tau, ())):
         if isinstance(piece, Unsolved):
             raise LookupError
         state = evaluated(piece, piece.instants(tau[chosen]))[0]

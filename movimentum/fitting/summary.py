@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
 from movimentum.fitting.fit import Fitted
@@ -139,7 +140,9 @@ def _nothing_moves(fitted: Fitted) -> Diagnostic:
         Severity.ERROR,
         "no variant moves all the way, so no goal can be judged",
         notes=(f"tried: {box}", own),
-        helps=("start from constants for which the script moves: `movimentum check` says why it does not",),
+        helps=(
+            Advised("start from constants for which the script moves: ", ScriptCommand.CHECK, " says why it does not"),
+        ),
     )
 
 
@@ -154,13 +157,15 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
         near = AT_AN_END * (high - low)
         if unused:
             message = f"no goal or requirement depends on {name}, so it keeps its value"
-            yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(f"--set {name}={number(value)}",))
+            yield Diagnostic("fit/idle", Severity.NOTE, message, helps=(Choose.SET.to(f"{name}={number(value)}"),))
         elif min(value - low, high - value) <= near and np.isinf(fitted.problem.search.periods[column]):
             yield from _at_an_end(fitted, name, value, low, high)
     if fitted.left.free and fitted.met:
         free, every = fitted.left.free, counted(int(np.sum(~idle)), "constant")
         message = f"the goals leave {free} of {every} free: many other solutions are equally good"
-        advice = f"state {counted(free, 'more goal')}, or give a constant its value with `--set`"
+        advice = Advised(
+            f"state {counted(free, 'more goal')}, or give a constant its value with `", Choose.SET.to(), "`"
+        )
         yield Diagnostic("fit/undecided", Severity.NOTE, message, helps=(advice,))
 
 
@@ -178,7 +183,8 @@ def _at_an_end(fitted: Fitted, name: str, value: float, low: float, high: float)
         yield Diagnostic("fit/at-an-end", Severity.NOTE, message)
         return
     ends = [wider if n == name else (a, b) for n, (a, b) in zip(job.names, job.intervals.tolist(), strict=True)]
-    advice = " ".join(f"--vary {n}={number(a)}:{number(b)}" for n, (a, b) in zip(job.names, ends, strict=True))
+    varied = (Choose.VARY.to(f"{n}={number(a)}:{number(b)}") for n, (a, b) in zip(job.names, ends, strict=True))
+    advice = Advised(*[part for one in varied for part in (" ", one)][1:])
     yield Diagnostic("fit/at-an-end", Severity.NOTE, f"{message}: a wider one may do better", helps=(advice,))
 
 

@@ -10,8 +10,9 @@ from importlib import import_module
 from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.drawing.parts import Point, hull
+from movimentum.drawing.parts import Point
 from movimentum.errors import ScriptError, usage_error
+from movimentum.geometry import hull
 from movimentum.interop.shapes import Shape, rounded
 from movimentum.records import dataclass, field
 from movimentum.solver.poses import Poses

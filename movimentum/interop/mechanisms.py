@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError, error_at
 from movimentum.records import dataclass
@@ -227,14 +228,16 @@ def _driven_link(joints: Sequence[MechanismJoint], pair: tuple[int, int]) -> str
     base, driven = pair
     for number in pair:
         if not 0 <= number < len(joints):
-            raise _usage(f"--drive {base},{driven}: joints are numbered 0 to {len(joints) - 1}")
+            raise _usage(Advised(Choose.DRIVE.to(), f" {base},{driven}: joints are numbered 0 to {len(joints) - 1}"))
     if base == driven:
         if joints[base].kind == "R":
-            raise _usage(f"--drive {base},{driven}: joint {base} is not a slider and cannot be its own base")
+            raise _usage(
+                Advised(Choose.DRIVE.to(), f" {base},{driven}: joint {base} is not a slider and cannot be its own base")
+            )
         return joints[base].links[0]
     common = [link for link in joints[base].links if link in joints[driven].links]
     if GROUND in common:
-        raise _usage(f"--drive {base},{driven}: both joints are fixed to the ground")
+        raise _usage(Advised(Choose.DRIVE.to(), f" {base},{driven}: both joints are fixed to the ground"))
     if not common:
         near = next(
             (
@@ -244,7 +247,10 @@ def _driven_link(joints: Sequence[MechanismJoint], pair: tuple[int, int]) -> str
             ),
             "0,1",
         )
-        raise _usage(f"--drive {base},{driven}: no link connects joint {base} and joint {driven}", f"--drive {near}")
+        raise _usage(
+            Advised(Choose.DRIVE.to(), f" {base},{driven}: no link connects joint {base} and joint {driven}"),
+            Choose.DRIVE.to(near),
+        )
     return common[0]
 
 

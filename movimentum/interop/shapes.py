@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, TypeAlias
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.figures import FIGURES, drawn_points
-from movimentum.drawing.parts import PartForm, Point, hull
+from movimentum.drawing.parts import PartForm, Point
+from movimentum.geometry import hull
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
 from movimentum.things.kinds.body import Composite
@@ -146,7 +148,7 @@ def not_as_drawn(shapes: Iterable[Shape], hole: float | None = None) -> tuple[Di
         radius = _hole_radius(thing, hole)
         if not _fits(thing, radius):
             message = f"`{thing.name}` is {thing.look.width:g} wide: holes of {2.0 * radius:g} are left out"
-            advice = f"--hole {0.5 * thing.look.width:g}"
+            advice = Choose.HOLE.to(f"{0.5 * thing.look.width:g}")
             found.append(Diagnostic("export/left-out", Severity.WARNING, message, thing.name_span, helps=(advice,)))
     return tuple(found)
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.advice import Advised, Choose
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.interop.linkages import Linkage, turn
@@ -57,7 +58,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
                     Severity.WARNING,
                     f"the angle {corner[0]} {corner[1]} {corner[2]} is {is_now:.6g} degrees, which is not a multiple of"
                     f" {angle:g}: left as it is",
-                    helps=(f"--snap-angle {_divisor(is_now):g} makes it a multiple",),
+                    helps=(Advised(Choose.SNAP_ANGLE.to(), f" {_divisor(is_now):g} makes it a multiple"),),
                 )
             )
             whole = is_now
@@ -70,7 +71,7 @@ def snapped(linkage: Linkage, angle: float = 36.0) -> Snapped:
                 "import/unrepaired",
                 Severity.WARNING,
                 f"equal lengths and whole angles contradict each other by {off:.2g}: this is as near as possible",
-                helps=("leave out --snap, or give another --snap-angle",),
+                helps=(Advised("leave out ", Choose.SNAP.to(), ", or give another ", Choose.SNAP_ANGLE.to()),),
             )
         )
     vertices = tuple((float(x), float(y)) for x, y in after)

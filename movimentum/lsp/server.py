@@ -17,8 +17,7 @@ from pygls.lsp.server import LanguageServer
 from movimentum.editing import about, completion, marks, renaming
 from movimentum.editing.project import Use
 from movimentum.errors import MovimentumError
-from movimentum.formatting.changes import line_edits
-from movimentum.formatting.format import formatted
+from movimentum.formatting.format import formatted, line_edits
 from movimentum.lsp import shapes
 from movimentum.lsp.state import State
 from movimentum.lsp.texts import OpenText, path_of, uri_of

@@ -12,7 +12,7 @@ from lsprotocol import types
 from movimentum.diagnostics import Diagnostic
 from movimentum.editing.completion import Proposal
 from movimentum.editing.marks import KINDS, MODIFIERS, Entry, Mark
-from movimentum.formatting.changes import LINES
+from movimentum.formatting.format import LINES
 from movimentum.lsp.texts import OpenText
 from movimentum.source import Edit, FarSpan, Span
 

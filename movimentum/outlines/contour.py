@@ -19,6 +19,7 @@ from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, 
 from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends
+from movimentum.geometry import Point
 from movimentum.outlines.facets import Facets
 from movimentum.outlines.forms import forms_of, in_forms
 from movimentum.outlines.lengths import Paces, paces
@@ -28,7 +29,6 @@ from movimentum.tolerances import EVEN_PACE, FLATTENED, OUTLINE_CLOSES, OUTLINE_
 PLACE = symbol("place")
 """The parameter."""
 
-Point = tuple[float, float]
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
@@ -41,12 +41,12 @@ def put_in(root: Expr, place: Expr) -> Expr:
     return substitute(root, lambda node: place if node == PLACE else None)
 
 
-def slope(root: Expr) -> Expr:
-    """The derivative of an expression by `PLACE`."""
+def slope(root: Expr, by: Expr = PLACE) -> Expr:
+    """The derivative of an expression by a symbol."""
     memo: dict[Expr, Expr] = {}
     for node in walk(root):
         d = [memo[arg] for arg in node.args]
-        if node == PLACE:
+        if node == by:
             memo[node] = const(1.0)
         else:
             memo[node] = ZERO if all(each == ZERO for each in d) else BY_NAME[node.op].derivative(node, d)

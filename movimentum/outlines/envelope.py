@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, within_half
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.cubics import between
 from movimentum.records import dataclass
@@ -200,7 +200,7 @@ class _Cut:
                 np.array([each.place for each in ones])[:, :, None] - np.array([each.place for each in others])[:, None]
             )
             if self.tool.closed:
-                off = off - self.tool.period * np.rint(off / self.tool.period)
+                off = within_half(off, self.tool.period)
             apart = (
                 np.array([each.points for each in ones])[:, :, None]
                 - np.array([each.points for each in others])[:, None]

@@ -133,24 +133,6 @@ def convex_gaps(p: FloatArray, q: FloatArray) -> FloatArray:
     return depth
 
 
-def hull(points: FloatArray) -> FloatArray:
-    """The corners of the convex hull of points (N, 2), counter-clockwise (Andrew's monotone chain)."""
-
-    def half(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        chain: list[tuple[float, float]] = []
-        for x, y in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2], chain[-1]
-                if (bx - ax) * (y - ay) > (by - ay) * (x - ax):
-                    break
-                chain.pop()
-            chain.append((x, y))
-        return chain[:-1]
-
-    ordered: list[tuple[float, float]] = sorted({(float(x), float(y)) for x, y in points})
-    return np.array(half(ordered) + half(ordered[::-1])) if len(ordered) > 1 else np.array(ordered)
-
-
 # --- any
 
 

@@ -10,9 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
+from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Facets, convex_gaps, deepest, hull, inside, overlap, to_edges
+from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlap, to_edges
 from movimentum.outlines.search import refined
 from movimentum.records import dataclass
 from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
@@ -143,7 +144,7 @@ def _along(own: Fine, k: IntArray, part: FloatArray) -> FloatArray:
     period = own.contour.period
     step = end - begin
     if own.contour.closed:
-        step = step - period * np.rint(step / period)
+        step = within_half(step, period)
     return np.asarray(begin + part * step, dtype=np.float64)
 
 
@@ -189,7 +190,7 @@ def _swollen(own: Fine) -> Facets:
     """What is within the reach of a convex outline, as a polygon."""
     turns = np.arange(OF_CIRCLE) * (2.0 * np.pi / OF_CIRCLE)
     circle = own.reach * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    return Facets.of(hull((own.facets.points[:, None] + circle).reshape(-1, 2)))
+    return Facets.of(np.array(hull((own.facets.points[:, None] + circle).reshape(-1, 2))))
 
 
 def touching(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:

@@ -10,7 +10,8 @@ import numpy as np
 
 from movimentum.expressions import call
 from movimentum.expressions.tables import Ends, Table
-from movimentum.outlines.contour import PLACE, Contour, Point
+from movimentum.geometry import Point, counter_clockwise
+from movimentum.outlines.contour import PLACE, Contour
 from movimentum.tolerances import LINE_TURNS_BACK
 
 HALF_TURN, WHOLE_TURN = 180.0, 360.0
@@ -18,8 +19,7 @@ HALF_TURN, WHOLE_TURN = 180.0, 360.0
 
 def polygon(corners: Sequence[Point], reach: float = 0.0) -> Contour:
     """The outline of a polygon, counter-clockwise whichever way its corners go."""
-    area = sum(px * qy - qx * py for (px, py), (qx, qy) in zip(corners, [*corners[1:], corners[0]], strict=True))
-    return _around(corners if area >= 0.0 else corners[::-1], reach)
+    return _around(counter_clockwise(tuple(corners)), reach)
 
 
 def there_and_back(points: Sequence[Point], reach: float = 0.0) -> Contour:

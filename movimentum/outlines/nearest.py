@@ -15,8 +15,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, sub, symbol
-from movimentum.expressions.operations import BY_NAME
-from movimentum.expressions.walk import substitute, walk
+from movimentum.expressions.walk import substitute
 from movimentum.outlines.contour import Contour, numeric, put_in, slope
 from movimentum.outlines.search import of_points, of_two
 from movimentum.records import dataclass, replace
@@ -165,17 +164,6 @@ def distance(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -
     return found if first.side > 0.0 else neg(found)
 
 
-def _derived(root: Expr, by: Expr) -> Expr:
-    memo: dict[Expr, Expr] = {}
-    for node in walk(root):
-        d = [memo[arg] for arg in node.args]
-        if node == by:
-            memo[node] = Expr("const", (), 1.0)
-        else:
-            memo[node] = ZERO if all(each == ZERO for each in d) else BY_NAME[node.op].derivative(node, d)
-    return memo[root]
-
-
 def _rate(touch: Nearest, node: Expr, d: Sequence[Expr]) -> Expr:
     marks = tuple(symbol(("pose", k)) for k in range(len(node.args)))
     places = (U, V)[: touch.count]
@@ -190,9 +178,9 @@ def _rate(touch: Nearest, node: Expr, d: Sequence[Expr]) -> Expr:
     for row in found:
         total = ZERO
         for mark, rate in zip(marks, d, strict=True):
-            total = add(total, mul(put(_derived(row, mark)), rate))
+            total = add(total, mul(put(slope(row, mark)), rate))
         changes.append(neg(total))
-    matrix = [[put(_derived(row, place)) for place in places] for row in found]
+    matrix = [[put(slope(row, place)) for place in places] for row in found]
     if touch.count == 1:
         return div(changes[0], matrix[0][0])
     (a, b), (c, e) = matrix

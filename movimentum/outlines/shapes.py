@@ -8,10 +8,10 @@ from functools import lru_cache
 from itertools import pairwise
 
 from movimentum.expressions import ONE, Expr, add, call, const, mul, sub
-from movimentum.outlines.contour import PLACE, Contour, Point, smooth
+from movimentum.geometry import Point, arc_between
+from movimentum.outlines.contour import PLACE, Contour, smooth
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.pieces import Smooth, assembled, repeated, there_and_back_along
-from movimentum.tolerances import STRAIGHT_ARC
 
 Bend = tuple[Point, Point] | None
 """Of an edge that is an arc: a point that it goes through, and its end."""
@@ -38,13 +38,10 @@ def _edge(p: Point, through: Point | None, q: Point) -> Smooth:
     """A straight edge, or the arc from p through a point to q."""
     if through is None:
         return _line(p, q)
-    (ax, ay), (bx, by) = ((x - p[0], y - p[1]) for x, y in (through, q))
-    cross, a, b = ax * by - ay * bx, ax * ax + ay * ay, bx * bx + by * by
-    if abs(cross) <= STRAIGHT_ARC * (a + b):
+    arc = arc_between(p, through, q)
+    if arc is None:
         return _line(p, q)
-    centre = p[0] + (by * a - ay * b) / (2.0 * cross), p[1] + (ax * b - bx * a) / (2.0 * cross)
-    begin, last = (math.degrees(math.atan2(y - centre[1], x - centre[0])) for x, y in (p, q))
-    turn = (last - begin) % 360.0 if cross > 0.0 else -((begin - last) % 360.0)
+    centre, begin, turn = arc
     x, y = _arc(centre, math.dist(centre, p))
     if turn > 0.0:
         return (x, y), begin, begin + turn
@@ -108,7 +105,7 @@ def gear(teeth: int, module: float, pressure: float, addendum: float, dedendum: 
     def half(r: float) -> float:
         return own - _involute(math.sqrt(max((r / base) ** 2 - 1.0, 0.0)))
 
-    tip = _tip(half, radius, radius + addendum * module)
+    tip = tip_radius(half, radius, radius + addendum * module)
     low, high = (math.sqrt(max((r / base) ** 2 - 1.0, 0.0)) for r in (root, tip))
     begin = direction - half(root)
     pieces: list[Smooth] = []
@@ -146,7 +143,7 @@ def _flank(base: float, direction: float, low: float, high: float, *, back: bool
     return ((x, mul(const(-1.0), y)), -high, -low) if back else ((x, y), low, high)
 
 
-def _tip(half: Callable[[float], float], low: float, high: float) -> float:
+def tip_radius(half: Callable[[float], float], low: float, high: float) -> float:
     """The radius of the tip: where a tooth would be pointed if that is below ``high``."""
     if half(high) >= 0.0:
         return high

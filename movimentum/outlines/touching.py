@@ -196,21 +196,26 @@ def _bulges(bend: Bends, at: FloatArray) -> NDArray[np.bool_]:
     return (tx * ry - ty * rx) * bend.side < 0.0
 
 
+def _along_from(x: FloatArray, y: FloatArray) -> _Ahead:
+    """How far ahead along the tangent points (x, y) are, which are seen square where that is 0; with its rate."""
+
+    def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        px, py, tx, ty, dx, dy, rx, ry = at
+        size = np.hypot(tx, ty)
+        along = (x - px) * tx + (y - py) * ty
+        rate = (x - px) * rx + (y - py) * ry - dx * tx - dy * ty
+        return along / size, rate / size - along * (tx * rx + ty * ry) / size**3
+
+    return ahead
+
+
 def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
     def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
         knob, mine, their = skin.knobs[i[places]], _some(pose, places), _some(there, places)
         wx, wy = _moved(mine, knob[:, 0], knob[:, 1])
         x, y = _inside(their, wx, wy)
 
-        def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-            px, py, tx, ty, dx, dy, rx, ry = at
-            size = np.hypot(tx, ty)
-            along = (x - px) * tx + (y - py) * ty
-            return along / size, ((x - px) * rx + (y - py) * ry - dx * tx - dy * ty) / size - along * (
-                tx * rx + ty * ry
-            ) / size**3
-
-        _, slack, at = _root(bend, k, ahead)
+        _, slack, at = _root(bend, k, _along_from(x, y))
         px, py, nx, ny = _bent(bend, at)
         value = nx * (x - px) + ny * (y - py) - knob[:, 2] - bend.reach
         c, s = their[2:]
@@ -254,15 +259,7 @@ def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         bowl, mine, their = skin.bowls[i[places]], _some(pose, places), _some(there, places)
         cx, cy = _inside(their, *_moved(mine, bowl[:, 0], bowl[:, 1]))
 
-        def ahead(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-            px, py, tx, ty, dx, dy, rx, ry = at
-            size = np.hypot(tx, ty)
-            along = (px - cx) * tx + (py - cy) * ty
-            return along / size, ((px - cx) * rx + (py - cy) * ry + dx * tx + dy * ty) / size - along * (
-                tx * rx + ty * ry
-            ) / size**3
-
-        _, slack, at = _root(bend, k, ahead)
+        _, slack, at = _root(bend, k, _along_from(cx, cy))
         x, y, nx, ny = _bent(bend, at)
         far = np.hypot(x - cx, y - cy)
         ux, uy = (x - cx) / np.maximum(far, LEAST_DIVISOR), (y - cy) / np.maximum(far, LEAST_DIVISOR)

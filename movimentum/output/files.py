@@ -13,6 +13,7 @@ from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError
 from movimentum.output import parts
@@ -141,7 +142,7 @@ def _overwriting(path: Path, output: Path, found: str | Path) -> UsageError:
                 "usage/overwrites-input",
                 Severity.ERROR,
                 f"{output} is read by this command{same}: input files are never overwritten",
-                helps=(f"-o {typed(free)}",),
+                helps=(Choose.OUTPUT.to(typed(free)),),
             )
         ]
     )
@@ -203,9 +204,13 @@ def _target(path: Path) -> Path:
     except ValueError as problem:  # a name with a null byte, or with what no name can hold
         raise unwritable(ascii(str(path)), "no file has such a name") from problem
     if WINDOWS and _DEVICE.match(path.name):
-        raise unwritable(path, "Windows keeps this name for a device", f"-o {typed(path.with_name(f'my-{path.name}'))}")
+        raise unwritable(
+            path,
+            "Windows keeps this name for a device",
+            Choose.OUTPUT.to(typed(path.with_name(f"my-{path.name}"))),
+        )
     if folder:
-        raise unwritable(path, "it is a folder", f"-o {typed(path / 'movimentum.gif')}")
+        raise unwritable(path, "it is a folder", Choose.OUTPUT.to(typed(path / "movimentum.gif")))
     if protected:
         raise unwritable(path, "it is write-protected", f"chmod u+w {typed(path)}")
     if not home:
@@ -232,6 +237,6 @@ def explained(path: Path, part: Path) -> Generator[None, None, None]:
         if problem.errno in FULL or str(problem.filename).startswith(str(part)):
             if isinstance(problem, PermissionError) and problem.filename2 is not None:  # Windows, at the last moment
                 reason = "it cannot be replaced; perhaps another program has it open"
-                raise unwritable(path, reason, f"-o {typed(path.with_stem(f'{path.stem}-2'))}") from problem
+                raise unwritable(path, reason, Choose.OUTPUT.to(typed(path.with_stem(f"{path.stem}-2")))) from problem
             raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
         raise

@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.camera import is_still, largest_zoom
 from movimentum.drawing.compose import compose
@@ -259,18 +260,18 @@ def _view(scene: Scene, options: PictureOptions, fineness: int, box: tuple[float
         size = (
             f"{width:.0f} x {height:.0f} pixels" if max(width, height) < 1e9 else f"{width:.1e} x {height:.1e} pixels"
         )
-        drawn = f" (drawn {fineness}x as large for --quality high)" if fineness > 1 else ""
+        drawn = Advised(f" (drawn {fineness}x as large for ", Choose.QUALITY.to("high"), ")") if fineness > 1 else ""
         raise ScriptError(
             [
                 Diagnostic(
                     "limit/pixels",
                     Severity.ERROR,
-                    f"the picture is too large: {size}{drawn}",
+                    Advised(f"the picture is too large: {size}", drawn),
                     scene.config.span,
                     notes=(f"the limit is {options.max_pixels:,} pixels",),
                     helps=(
                         "give a smaller size in `.config(fps, width, height)`",
-                        *([f"--max-pixels {math.ceil(pixels)}"] if pixels < 1e12 else []),
+                        *([Choose.MAX_PIXELS.to(math.ceil(pixels))] if pixels < 1e12 else []),
                     ),
                 )
             ]

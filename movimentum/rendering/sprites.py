@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from movimentum.geometry import Affine, image_to_local
+from movimentum.geometry import Affine, hull, image_to_local
 from movimentum.records import dataclass, field
 from movimentum.rendering.coverage import FARTHEST
 from movimentum.rendering.images import STRIP_PIXELS, Loaded
@@ -170,21 +170,4 @@ def outline_of(alpha: NDArray[np.uint8]) -> NDArray[np.float64]:
         for x in (start - 0.5, end + 1.5)
         for y in (top - 0.5, bottom + 1.5)
     }
-    return np.array(_convex_hull(sorted(points)))
-
-
-def _convex_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Andrew's monotone chain over sorted points."""
-
-    def half(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        chain: list[tuple[float, float]] = []
-        for point in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2], chain[-1]
-                if (bx - ax) * (point[1] - ay) > (by - ay) * (point[0] - ax):
-                    break
-                chain.pop()
-            chain.append(point)
-        return chain[:-1]
-
-    return half(points) + half(points[::-1])
+    return np.array(hull(points))

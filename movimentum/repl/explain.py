@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from movimentum import messages, tolerances
 from movimentum.diagnostics import Fix
@@ -280,16 +279,9 @@ def _displaced(session: Session, moments: Sequence[Snapshot]) -> list[str]:
     rows: list[tuple[float, str]] = []
     for thing in session.work.scene.things:
         a, b = first.things[thing.number], last.things[thing.number]
-        way = max(
-            (
-                float(np.hypot((b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
-                               (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y)))
-                for x, y in (anchor.local for anchor in thing.anchors)
-            ),
-            default=0.0,
-        )  # fmt: skip
+        way = max((b.far_from(a, *anchor.local) for anchor in thing.anchors), default=0.0)
         if way > tolerances.DISPLACED * session.work.motion.size:
-            turned = float(np.degrees(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+            turned = math.degrees(b.turned_from(a))
             rows.append((way, f"   `{thing.name}` moves {number(way)} and turns {number(turned)} degrees"))
     rows.sort(key=lambda row: -row[0])
     return [text for _, text in rows[:8]] + ([f"   and {len(rows) - 8} more"] if len(rows) > 8 else [])

@@ -15,7 +15,7 @@ from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference
 from movimentum.scene.leaves import ContactPair
 from movimentum.scene.lower import Context, lower
-from movimentum.scene.model import Anonymous, Claim, Ending
+from movimentum.scene.model import Claim, Ending, is_blank
 from movimentum.scene.resolve import ResolvedStatement, ThingTable, VariableUse
 from movimentum.scene.text_edits import removed
 from movimentum.source import Span
@@ -102,7 +102,7 @@ def _claim(
     if claim.comparison in EXTREMES and not _has_one_value(left[0]):
         _report_many_values(claim, any(node.op == "reduction" for node in walk(left[0])), findings)
         return
-    pairs = [pair for pair in zip(left, right, strict=True) if not any(map(_is_blank, pair))]
+    pairs = [pair for pair in zip(left, right, strict=True) if not any(map(is_blank, pair))]
     if not pairs:
         findings.error(
             "claim/empty", f"{what} of nothing: `_` is any value", claim.span, helps=(_left_out(claim, findings),)
@@ -143,7 +143,7 @@ def _reads(claim: tree.ClaimStatement, sides: Sequence[Expr], findings: Findings
                 helps=(f"state `v = {word}(…);` and make {what} about `v`",),
             )
             return False
-        if _is_blank(node):
+        if is_blank(node):
             findings.error(
                 "claim/not-a-reading",
                 f"`_` in {what} can only be a whole side or a component of one: nothing solves for it",
@@ -187,10 +187,6 @@ def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Fin
 
 def _left_out(claim: tree.ClaimStatement, findings: Findings) -> Fix:
     return Fix("leave it out", (removed(findings.source.text, claim.span),))
-
-
-def _is_blank(node: Expr) -> bool:
-    return node.op == "symbol" and isinstance(node.payload, Anonymous)
 
 
 def _tolerance(claim: tree.ClaimStatement, findings: Findings) -> Fraction | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Fix, Label, insertion, replacement
 from movimentum.errors import MovimentumError
 from movimentum.records import replace
@@ -98,7 +99,9 @@ def _size(
             "limit/pixels",
             f"a canvas of {found[0]:,} × {found[1]:,} has more pixels than the limit of {max_pixels:,}",
             width.span.to(height.span),
-            helps=(f"make it smaller, or raise the limit with `--max-pixels {found[0] * found[1]}`",),
+            helps=(
+                Advised("make it smaller, or raise the limit with `", Choose.MAX_PIXELS.to(found[0] * found[1]), "`"),
+            ),
         )
         return None
     return found[0], found[1]

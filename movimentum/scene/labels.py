@@ -13,7 +13,7 @@ from movimentum.records import replace
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
-from movimentum.scene.model import Anonymous, Thing
+from movimentum.scene.model import Thing, is_blank
 from movimentum.scene.resolve import ThingTable, VariableUse, resolve
 from movimentum.scene.shown import Piece, Shown, formatted
 from movimentum.syntax.expression_tree import Expression, Name, postorder
@@ -134,7 +134,7 @@ def _read(
     value = known(node, kind, what, inference, variables, table, start, findings)
     for part in value or ():
         for each in walk(part):
-            blank = each.op == "symbol" and isinstance(each.payload, Anonymous)
+            blank = is_blank(each)
             if blank or each.op in ("integral", "lifetime", "phase"):
                 shows = "an inset shows" if detail else asks
                 message = f"{shows} what is known at a moment: an integral, `_`, `.iv` or `.s` is not"
@@ -208,7 +208,7 @@ def _shown(
     if findings.errors != errors:
         return None
     for node in walk(value[0]):
-        blank = node.op == "symbol" and isinstance(node.payload, Anonymous)
+        blank = is_blank(node)
         if blank or node.op in ("integral", "derivative", "lifetime", "phase"):
             _report_unreadable(field.expression, findings)
             return None

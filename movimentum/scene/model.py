@@ -78,6 +78,11 @@ class Anonymous:
     span: Span = field(compare=False)
 
 
+def is_blank(node: Expr) -> bool:
+    """Whether an expression is one ``_``."""
+    return node.op == "symbol" and isinstance(node.payload, Anonymous)
+
+
 @dataclass(frozen=True, slots=True)
 class GearPair:
     """How many degrees thing ``second`` is turned beyond where it runs with thing ``first``: by their teeth, or by a

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import numpy as np
-
-from movimentum.outlines.contour import Contour, Point
-from movimentum.outlines.facets import hull
+from movimentum.geometry import Point, hull
+from movimentum.outlines.contour import Contour
 from movimentum.outlines.joined import Region, disc, less, merged, outlines_of, placed, region_of
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
@@ -115,7 +113,7 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
 
     points = [local(n) for n in numbers]
     if word == "plate":
-        corners = [(float(x), float(y)) for x, y in hull(np.array(points))]
+        corners = hull(points)
         if len(corners) > 2:
             return (polygon(corners, reach),)
         return (there_and_back(corners, reach),) if len(corners) == 2 else (Circle(reach),) if reach else ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.expressions import Expr, symbol, walk
 from movimentum.expressions.rational import rational_value
 from movimentum.records import replace
@@ -114,7 +115,16 @@ def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: 
             "kind/reduction",
             f"`.{word}(…)` looks at the whole film, so only a goal or a requirement can use it",
             node.span,
-            helps=("write it in `.goal …;` for `movimentum fit`, or in `--measure` of `movimentum sweep`",),
+            helps=(
+                Advised(
+                    "write it in `.goal …;` for ",
+                    ScriptCommand.FIT,
+                    ", or in `",
+                    Choose.MEASURE.to(),
+                    "` of ",
+                    ScriptCommand.SWEEP,
+                ),
+            ),
         )
         return inner
     if any(part.op == "reduction" for argument in arguments for part in walk(*argument)):

@@ -8,10 +8,12 @@ from collections.abc import Iterator, Sequence
 
 from movimentum.errors import script_error
 from movimentum.scene.expansion.placement import CopyFrame
+from movimentum.scene.findings import clock_meant
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene, Thing
 from movimentum.source import Edit, FarSpan, SourceText, Span, UnfoldedText, edited
 from movimentum.syntax.expression_tree import Name, postorder
 from movimentum.syntax.parser import parse
+from movimentum.syntax.suggest import nearest
 from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.text import time_text
 
@@ -24,6 +26,8 @@ _DIGITS = 11
 """Decimals of a coordinate that is written: enough for the solver to take it as exact."""
 _BEGIN = 5
 """How far the statements of a step are indented, if nothing else shows it."""
+SHORTEST_NEAR = 3
+"""Letters: shorter names are nearly each other by chance."""
 
 
 def added(scene: Scene, step: int, statements: str) -> Edit:
@@ -66,6 +70,27 @@ def renamed(scene: Scene, variable: str, text: str) -> tuple[Edit, ...]:
     items = [item for item in parse(scene.source.script).items if isinstance(item, Statement | ClaimStatement)]
     nodes = (node for item in items for side in (item.left, item.right) for node in postorder(side))
     return tuple(Edit(node.span, text) for node in nodes if isinstance(node, Name) and node.name == variable)
+
+
+def name_meant(scene: Scene, name: str) -> str | None:
+    """What a variable's name probably means: a clock, or a constant or variable whose name is nearly the same."""
+    clock = clock_meant(name)
+    if clock is not None:
+        return f".{clock}"
+    if len(name) < SHORTEST_NEAR or _is_named_again(scene, name):  # what is misspelt, is so once
+        return None
+    constants = {constant.name for constant in scene.constants}
+    others = (other for other in constants | set(scene.variables) if _letters(other) != _letters(name))  # x1 is not x2
+    guess = nearest(name, others)
+    return guess if guess is None or guess in constants or _is_named_again(scene, guess) else None
+
+
+def _is_named_again(scene: Scene, variable: str) -> bool:
+    return len(renamed(scene, variable, variable)) > 1
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"\d", "", name)
 
 
 def turned_round(scene: Scene, item: Constraint) -> Edit | None:

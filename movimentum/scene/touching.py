@@ -10,20 +10,27 @@ from movimentum.syntax.expression_tree import Call
 
 
 def pin_of(resolved: ResolvedStatement, left: Expr, right: Expr) -> Expr | None:
-    """Of ``.on(P, Curve) = 0`` the place, if the curve has corners or cusps."""
-    call = resolved.statement.left
-    if resolved.relation is not Relation.EQUAL or not isinstance(call, Call) or call.function != "on":
+    """Of ``.on(P, Curve) = 0`` the place, if the curve has corners or cusps; the sides may be exchanged, and the gap of a
+    point is the same.
+    """
+    if resolved.relation is not Relation.EQUAL:
         return None
-    if right.value != 0.0 or not isinstance(resolved.meanings.get(id(call)), ContactPair):
-        return None
-    places = {node for node in walk(left) if node.op == "nearest"}
-    if len(places) != 1:
-        return None
-    from movimentum.outlines.nearest import Nearest  # few scripts have contacts
+    for call, own, other in ((resolved.statement.left, left, right), (resolved.statement.right, right, left)):
+        if not isinstance(call, Call) or call.function not in ("on", "gap") or other.value != 0.0:
+            continue
+        pair = resolved.meanings.get(id(call))
+        if not isinstance(pair, ContactPair) or None not in (pair.first, pair.second):
+            continue
+        places = {node for node in walk(own) if node.op == "nearest"}
+        if len(places) != 1:
+            continue
+        from movimentum.outlines.nearest import Nearest  # few scripts have contacts
 
-    place = places.pop()
-    assert isinstance(place.payload, Nearest)
-    return place if place.payload.outline.kinked and not place.payload.outline.reach else None
+        place = places.pop()
+        assert isinstance(place.payload, Nearest)
+        if place.payload.outline.kinked and not place.payload.outline.reach:
+            return place
+    return None
 
 
 def follows_contact(resolved: ResolvedStatement) -> bool:

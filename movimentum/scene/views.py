@@ -12,7 +12,7 @@ from movimentum.scene.expansion.product import Expanded, TimedView
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.labels import judge_zoom, known
-from movimentum.scene.model import Anonymous
+from movimentum.scene.model import is_blank
 from movimentum.scene.resolve import ThingTable
 from movimentum.scene.shown import CameraView
 from movimentum.scene.text_edits import removed
@@ -70,7 +70,7 @@ def _view(
         read = known(node, kind, what, inference, variables, table, begin, findings, timed.until)
         if read is None:
             return None
-        if any(each.op in _UNKNOWN or _is_blank(each) for each in walk(*read)):
+        if any(each.op in _UNKNOWN or is_blank(each) for each in walk(*read)):
             message = "a view shows what is known at a moment: an integral, a derivative, `_` or `.iv` is not"
             findings.error("kind/mismatch", message, node.span, helps=("state a variable in a step, and show that",))
             return None
@@ -88,10 +88,6 @@ def _view(
 
 
 _UNKNOWN = frozenset({"integral", "derivative", "lifetime", "phase", "reduction"})
-
-
-def _is_blank(node: Expr) -> bool:
-    return node.op == "symbol" and isinstance(node.payload, Anonymous)
 
 
 def _cut(timed: TimedView, findings: Findings) -> bool | None:

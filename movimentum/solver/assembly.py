@@ -14,7 +14,7 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.pose_state import Carry, Snapshot, ThingPose
+from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
@@ -49,7 +49,7 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
 
     things = list(base.things)
     for t, p in placements(plan, state, base):
-        things[t] = ThingPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
+        things[t] = BodyPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
     others = dict(base.others)
     known = set(base.known)
     solved, frames = dict(base.solved), dict(base.frames)
@@ -138,8 +138,7 @@ class Assembly:
         for number in segment_motion.segment.visible:
             self.visible[number, where] = True
         self._note_missing(segment_motion, where)
-        begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-        of_piece = np.searchsorted(begins, instants.tau, side="right")
+        of_piece = segment_motion.piece_numbers(instants.tau)
         offset = int(where.start)
         only = segment_motion.pieces[int(of_piece[0])] if of_piece[0] == of_piece[-1] else None
         if isinstance(only, Piece):  # nearly always: all frames in one piece, so arrays are filled by slices
@@ -148,15 +147,12 @@ class Assembly:
             if bad.any():
                 self._hold(offset + np.nonzero(bad)[0], instants.tau[bad], only, segment_motion)
             return
-        for number in distinct(of_piece):
-            chosen = np.nonzero(of_piece == number)[0]
-            piece = segment_motion.pieces[int(number)]
+        for piece, chosen, part in segment_motion.by_piece(instants):
             places = offset + chosen
             if isinstance(piece, Unsolved):
                 self._fill_moment(places, piece.carry.now)
                 self.solved[places] = False
                 continue
-            part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
             state, bad = self._evaluated(piece, part)
             self._fill(places, piece.plan, state, segment_motion.base.now)
             if bad.any():
@@ -209,14 +205,14 @@ class Assembly:
             self.first[payload.name] = first_value(self.segments, payload.name, payload.axis is not None)
         return self.first[payload.name][payload.axis or 0]
 
-    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose | ThingPose) -> None:
+    def _place(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose) -> None:
         self.origin[thing, places, 0] = pose.x
         self.origin[thing, places, 1] = pose.y
         self.direction[thing, places, 0] = pose.c
         self.direction[thing, places, 1] = pose.s
         self.angle[thing, places] = pose.angle
 
-    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: ThingPose) -> None:
+    def _rest(self, thing: int, places: NDArray[np.intp] | slice, pose: BodyPose) -> None:
         """A thing that stays where it is. The arrays come as zeros that cost nothing until they are written to, which
         is what a thousand still things as drawn are made of.
         """

@@ -12,12 +12,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, unwound_from, wound
 from movimentum.expressions import Expr, call
 from movimentum.outlines.contour import numeric
 from movimentum.outlines.nearest import Nearest
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing, ContactPlace
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.removable import evaluated
 from movimentum.solver.poses import Poses
@@ -68,7 +69,7 @@ class Rounds:
         if len(rest):
             seen_there = self.read(poses.select(rest))
             guess = np.interp(poses.times[rest], self.at, self.value) if len(self.at) else seen_there
-            result[rest] = _near(seen_there, guess, _period(self.node))
+            result[rest] = wound(seen_there, guess, _period(self.node))
         return result
 
 
@@ -93,20 +94,14 @@ def counted(motion: PathMotion, node: Expr, read: Seen) -> Rounds:
             tau, values = tau[good], values[good]
             if not len(tau):
                 continue
-            steps = np.diff(values)
-            steps -= period * np.rint(steps / period)
-            values = _near(values[:1], before, period) + np.concatenate([[0.0], np.cumsum(steps)])
+            first, steps = unwound_from(values, before, period)
+            values = first + np.concatenate([[0.0], np.cumsum(steps)])
         before = float(values[-1])
         at.append(float(segment_motion.segment.start) + tau)
         found.append(values)
     if not at:
         return Rounds(node, read, np.zeros(0), np.zeros(0))
     return Rounds(node, read, np.concatenate(at), np.concatenate(found))
-
-
-def _near(value: FloatArray, guess: FloatArray | float, period: float) -> FloatArray:
-    """A value with the whole rounds that bring it nearest to a guess."""
-    return value + period * np.rint((guess - value) / period)
 
 
 def _drawn(node: Expr) -> float | None:
@@ -153,14 +148,9 @@ def _held(motion: PathMotion, number: int, node: Expr, tau: FloatArray) -> Float
     if unknown is None:
         return None
     result = np.full(len(tau), np.nan)
-    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-    of_piece = np.searchsorted(begins, tau, side="right")
-    pieces: list[int] = np.unique(of_piece).tolist()
-    for k in pieces:
-        piece = segment_motion.pieces[k]
+    for piece, some, _ in segment_motion.by_piece(Instants(tau, ())):
         if isinstance(piece, Unsolved):
             continue
-        some = np.nonzero(of_piece == k)[0]
         state, bad = evaluated(piece, piece.instants(tau[some]))
         value = np.broadcast_to(np.asarray(state[unknown], dtype=np.float64), len(some))
         result[some] = np.where(bad, np.nan, value)

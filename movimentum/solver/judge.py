@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, within_half
 from movimentum.expressions import Expr
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.calculus import rounded
@@ -119,7 +119,7 @@ class Judge:
         for part, off in self._function.values(state, self._clocks(instants, self._more), len(instants)):
             np.abs(off, out=off)
             if self.turns.any():
-                off[self.turns] -= 360.0 * np.rint(off[self.turns] / 360.0)
+                off[self.turns] = within_half(off[self.turns])
                 np.abs(off, out=off)
             yield part, off
 

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import StrEnum
 
+import numpy as np
+
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.timeline.model import Segment
+from movimentum.tolerances import SAME_INSTANT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +91,24 @@ class SegmentMotion:
     pieces: list[Piece | Unsolved]
     beginnings: list[PathBeginning]
     troubles: list[Failure]
+
+    def piece_numbers(self, tau: FloatArray) -> IntArray:
+        """(F,) the number of the piece that each of the offsets ``tau`` (F,) is in; where two meet, the later one."""
+        begins = np.array([piece.begin for piece in self.pieces[1:]])
+        return np.searchsorted(begins, tau, side="right")
+
+    def by_piece(self, instants: Instants) -> Iterator[tuple[Piece | Unsolved, IntArray, Instants]]:
+        """The pieces that ``instants`` are in, each with their places among these, and with them alone."""
+        numbers = self.piece_numbers(instants.tau)
+        for number in distinct(numbers):
+            places = np.nonzero(numbers == number)[0]
+            part = Instants(instants.tau[places], tuple(clock[places] for clock in instants.clocks))
+            yield self.pieces[int(number)], places, part
+
+    def piece_from(self, time: float) -> Piece | None:
+        """The path that begins at offset ``time``; None if none does."""
+        paths = (piece for piece in self.pieces if isinstance(piece, Piece))
+        return next((piece for piece in paths if abs(piece.begin - time) < SAME_INSTANT), None)
 
     @property
     def ended(self) -> bool:

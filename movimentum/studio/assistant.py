@@ -20,8 +20,7 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.editing import about, completion, renaming
 from movimentum.editing.project import Project, text_on_disk
 from movimentum.errors import MovimentumError
-from movimentum.formatting.changes import line_edits
-from movimentum.formatting.format import formatted
+from movimentum.formatting.format import formatted, line_edits
 from movimentum.source import Edit, SourceText
 from movimentum.studio import messages as m
 from movimentum.studio.worker import Worker

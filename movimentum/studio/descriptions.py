@@ -4,12 +4,12 @@ determines where something is.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum.advice import Advised
 from movimentum.analysis.diagnose.claims import broken_claims
 from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.expressions import Expr, symbols
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Claim, Constraint, Thing
     from movimentum.solver.motion import PathMotion
     from movimentum.timeline.model import Timeline
-
-
-_OPTION = re.compile(r"(?<![\w-])--[a-z]")
 
 
 def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion | None = None) -> dict[str, Any]:
@@ -148,7 +145,7 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
     told = to_json(found, source)
     for item, diagnostic in zip(told, found, strict=True):
         span = diagnostic.span
-        item["helps"] = [text for text in item["helps"] if not _OPTION.search(text)]
+        item["helps"] = [text for text in item["helps"] if not (isinstance(text, Advised) and text.has_settings)]
         here = span is not None and not isinstance(span, FarSpan)
         item["from"], item["to"] = (span.start, span.end) if here and span is not None else (None, None)
         tried = [fix for fix in diagnostic.fixes if fix.tried]

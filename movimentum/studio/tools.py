@@ -6,7 +6,6 @@ pixels; places of what is there already are taken as they are.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -15,6 +14,7 @@ from typing import Any
 
 from movimentum import tolerances
 from movimentum.errors import MovimentumError
+from movimentum.formatting.format import line_edits
 from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing
@@ -61,16 +61,8 @@ def use(worker: Worker, dragging: Dragging, message: ToolUsed) -> None:
 
 def edits_between(before: str, after: str) -> list[dict[str, Any]]:
     """The lines that differ, as edits of ``before``."""
-    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
-    starts = [0]
-    for line in old:
-        starts.append(starts[-1] + len(line))
-    matcher = difflib.SequenceMatcher(None, old, new, autojunk=False)
-    return [
-        {"from": starts[i], "to": starts[j], "text": "".join(new[k:m])}
-        for tag, i, j, k, m in matcher.get_opcodes()
-        if tag != "equal"
-    ]
+    edits = line_edits(before, after)
+    return [{"from": edit.span.start, "to": edit.span.end, "text": edit.text} for edit in edits]
 
 
 def _carried_out(job: TextWork, dragging: Dragging, message: ToolUsed, choices: Choices) -> Sketch:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import cast
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Fix, Severity, insertion
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText, Span
@@ -190,7 +191,10 @@ def _check_operations(text: str, max_operations: int) -> None:
                     f"this expression has {count:,} operations, more than the limit of {max_operations:,}",
                     Span(begin, begin + 1),
                     notes=("operators, commas, members and functions count",),
-                    helps=("give names to parts of it: `x = …;`", f"`--max-operations {count}` allows more"),
+                    helps=(
+                        "give names to parts of it: `x = …;`",
+                        Advised("`", Choose.MAX_OPERATIONS.to(count), "` allows more"),
+                    ),
                 )
             ]
         )
@@ -221,5 +225,8 @@ def _too_deep(span: Span, max_nesting: int) -> Diagnostic:
         f"this is nested deeper than the limit of {max_nesting} levels",
         span,
         notes=("brackets, minus signs, powers and functions inside one another count as levels; a long sum does not",),
-        helps=("give a name to a part of it: `x = …;`", f"`--max-nesting {min(3 * max_nesting, 300)}` allows more"),
+        helps=(
+            "give a name to a part of it: `x = …;`",
+            Advised("`", Choose.MAX_NESTING.to(min(3 * max_nesting, 300)), "` allows more"),
+        ),
     )

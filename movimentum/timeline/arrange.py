@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from fractions import Fraction
 from typing import cast
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, Occurring, call, clock, div, ratio, substitute, walk
@@ -58,7 +59,13 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     scene.steps[-1].span,
                     notes=(f"{span} at {fraction_text(rate)} frames per time unit",),
                     helps=(
-                        f"raise the limit with `--max-frames {_counted(frames, '')}`, or lower the rate with `--fps`",
+                        Advised(
+                            "raise the limit with `",
+                            Choose.MAX_FRAMES.to(_counted(frames, "")),
+                            "`, or lower the rate with `",
+                            Choose.FPS.to(),
+                            "`",
+                        ),
                     ),
                 )
             ]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import PurePath
 
+from movimentum.advice import Advised, Choose
 from movimentum.encoding.plot import Panel, Point
 from movimentum.terminal import visible
 from movimentum.text import listed
@@ -115,9 +116,11 @@ def lessons(solver: SolverTrade, pictures: PictureTrade) -> list[str]:
     costs = {cost.name: cost for cost in pictures.costs}
     plain, fine = costs["quality standard"], costs["quality high"]
     if fine.error >= 0.9 * plain.error:
-        found.append("`--quality high` gains nothing here: it is as far from the truth as `standard`.")
+        found.append(
+            Advised("`", Choose.QUALITY.to("high"), "` gains nothing here: it is as far from the truth as `standard`.")
+        )
     if costs["quality draft"].frame >= 0.9 * plain.frame:
-        found.append("`--quality draft` gains nothing here: it is no faster.")
+        found.append(Advised("`", Choose.QUALITY.to("draft"), "` gains nothing here: it is no faster."))
     return found
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError, usage_error
@@ -90,10 +91,20 @@ def read_grid(
         name, sign, values = (part.strip() for part in text.partition("="))
         if not _NAME.fullmatch(name) or (sign and not values):
             message = f"`{text}` does not say which constant takes which values"
-            raise usage_error("usage/vary", message, "--vary R=20:80:61", "--vary R=20,35,50", "--vary R=@lengths.csv")
+            raise usage_error(
+                "usage/vary",
+                message,
+                Choose.VARY.to("R=20:80:61"),
+                Choose.VARY.to("R=20,35,50"),
+                Choose.VARY.to("R=@lengths.csv"),
+            )
         _check_constant(name, known)
         if name in seen:
-            raise usage_error("usage/vary", f"`{name}` is varied twice", f"one --vary for `{name}`: `{name}=a,b,c`")
+            raise usage_error(
+                "usage/vary",
+                f"`{name}` is varied twice",
+                Advised("one ", Choose.VARY.to(), f" for `{name}`: `{name}=a,b,c`"),
+            )
         seen.add(name)
         if values.startswith("@"):
             place, columns = files.setdefault(values[1:], (len(axes), []))
@@ -111,7 +122,7 @@ def read_grid(
         axes.append(_sampled(sample, intervals, known, seen))
     if not axes:
         ranged = [name for name, constant in known.items() if _interval(constant) is not None]
-        example = f"--vary {ranged[0]}" if ranged else f"--vary {next(iter(known), 'R')}=20:80:61"
+        example = Choose.VARY.to(ranged[0]) if ranged else Choose.VARY.to(f"{next(iter(known), 'R')}=20:80:61")
         raise usage_error("usage/vary", "nothing is varied", example)
     return _limited(VariantGrid(tuple(axes)), most)
 
@@ -142,7 +153,9 @@ def _limited(grid: VariantGrid, most: int) -> VariantGrid:
     if len(grid) > most:
         factors = " × ".join(f"{size:,}" for size in grid.shape)
         message = f"{factors} are {len(grid):,} variants, more than the limit of {most:,}"
-        raise usage_error("limit/variants", message, f"`--max-variants {len(grid)}` raises the limit")
+        raise usage_error(
+            "limit/variants", message, Advised("`", Choose.MAX_VARIANTS.to(len(grid)), "` raises the limit")
+        )
     return grid
 
 
@@ -158,7 +171,7 @@ def _check_constant(name: str, known: Mapping[str, NamedConstant]) -> None:
         message = f"`{name}` cannot be varied: the table's column `{name}` says {OWN_COLUMNS[name]}"
         value = number(float(constant.value[0].value)) if len(constant.value) == 1 else "…"
         both = f"`.let my_{name} = {value}; .let {name} = my_{name};` in the script"
-        raise usage_error("usage/vary", message, f"{both}, and `--vary my_{name}`")
+        raise usage_error("usage/vary", message, Advised(f"{both}, and `", Choose.VARY.to(f"my_{name}"), "`"))
     if len(constant.value) != 1:
         message = f"`{name}` is a vector: only numbers are varied"
         raise usage_error("usage/vary", message, f"`.let {name} = [{name}x, {name}y];` and vary `{name}x`")
@@ -179,12 +192,14 @@ def _values(name: str, text: str, constant: NamedConstant, *, sampled: bool) -> 
     if len(parts) == 1:
         return np.array([_number(name, parts[0])])
     if len(parts) > 3:
-        raise usage_error("usage/vary", f"`{name}={text}` has too many colons", f"--vary {name}=20:80:61")
+        raise usage_error("usage/vary", f"`{name}={text}` has too many colons", Choose.VARY.to(f"{name}=20:80:61"))
     if not parts or not (parts[0] or parts[1]):
         interval = _interval(constant)
         if interval is None:
             message = f"`{name}` has no `.range`, so give its values"
-            raise usage_error("usage/vary", message, f"--vary {name}=20:80:61", f"`.let {name} = … .range(20, 80);`")
+            raise usage_error(
+                "usage/vary", message, Choose.VARY.to(f"{name}=20:80:61"), f"`.let {name} = … .range(20, 80);`"
+            )
         low, high = interval
     else:
         low, high = _number(name, parts[0]), _number(name, parts[1])
@@ -192,11 +207,16 @@ def _values(name: str, text: str, constant: NamedConstant, *, sampled: bool) -> 
         return _Interval(low, high) if sampled else np.linspace(low, high, DEFAULT_COUNT)
     if not re.fullmatch(r"\d{1,12}", parts[2]) or int(parts[2]) < 1:
         message = f"`{name}={text}`: {parts[2] or 'nothing'} is not a number of values"
-        raise usage_error("usage/vary", message, f"--vary {name}={parts[0]}:{parts[1]}:61")
+        raise usage_error("usage/vary", message, Choose.VARY.to(f"{name}={parts[0]}:{parts[1]}:61"))
     count = int(parts[2])
     if count == 1 and low != high:
         message = f"`{name}={text}`: one value cannot go from {number(low)} to {number(high)}"
-        raise usage_error("usage/vary", message, f"--vary {name}={parts[0]}:{parts[1]}:2", f"--vary {name}={parts[0]}")
+        raise usage_error(
+            "usage/vary",
+            message,
+            Choose.VARY.to(f"{name}={parts[0]}:{parts[1]}:2"),
+            Choose.VARY.to(f"{name}={parts[0]}"),
+        )
     if count > 10**9:
         raise usage_error("limit/variants", f"{count:,} values of `{name}` are more than any limit allows")
     return np.linspace(low, high, count)
@@ -210,7 +230,7 @@ def _number(name: str, text: str) -> float:
     if not math.isfinite(value):
         shown = f"`{text.strip()}`" if text.strip() else "nothing"
         message = f"{shown} is not a value for `{name}`: values are numbers"
-        raise usage_error("usage/vary", message, f"--vary {name}=20:80:61", f"--vary {name}=20,35,50")
+        raise usage_error("usage/vary", message, Choose.VARY.to(f"{name}=20:80:61"), Choose.VARY.to(f"{name}=20,35,50"))
     return value
 
 
@@ -220,7 +240,7 @@ def _sampled(text: str, intervals: Mapping[str, _Interval], known: Mapping[str, 
     """
     method, _, size = text.partition(":")
     if method.strip() != "sobol" or not re.fullmatch(r"\s*\d{1,9}\s*", size) or int(size) < 1:
-        raise usage_error("usage/sample", f"`{text}` is not a sample", "--sample sobol:4096")
+        raise usage_error("usage/sample", f"`{text}` is not a sample", Choose.SAMPLE.to("sobol:4096"))
     chosen = dict(intervals)
     for name, constant in known.items():
         interval = _interval(constant)
@@ -230,7 +250,9 @@ def _sampled(text: str, intervals: Mapping[str, _Interval], known: Mapping[str, 
     if not chosen:
         message = "there is nothing to sample: no constant has a `.range`"
         first = next(iter(known), "R")
-        raise usage_error("usage/sample", message, f"`.let {first} = … .range(20, 80);`", f"--vary {first}=20:80")
+        raise usage_error(
+            "usage/sample", message, f"`.let {first} = … .range(20, 80);`", Choose.VARY.to(f"{first}=20:80")
+        )
     import warnings
 
     from scipy.stats import qmc
@@ -310,11 +332,11 @@ def read_intervals(vary: Sequence[str], constants: Sequence[NamedConstant]) -> d
         if not sign and own is not None and own.least is not None and own.most is not None:
             found[name] = own.least, own.most
         elif not sign and own is not None:
-            raise usage_error("usage/vary", f"`{name}` has no `.range`", f"--vary {name}=10:20")
+            raise usage_error("usage/vary", f"`{name}` has no `.range`", Choose.VARY.to(f"{name}=10:20"))
         elif not sign or len(ends) != 2 or None in ends:
             if not sign and own is None:
                 check_interval(name, 0.0, 1.0, known)
-            raise usage_error("usage/vary", f"`{text}` is not an interval", f"--vary {name or 'L'}=60:200")
+            raise usage_error("usage/vary", f"`{text}` is not an interval", Choose.VARY.to(f"{name or 'L'}=60:200"))
         else:
             low, high = (float(end) for end in ends if end is not None)
             found[name] = low, high
@@ -331,4 +353,6 @@ def check_interval(name: str, low: float, high: float, known: Mapping[str, Named
         message = f"`{name}` is a vector; only numbers are fitted"
         raise usage_error("fit/constant", message, f".let {name} = [{name}x, {name}y]; and fit these two")
     if not low < high:
-        raise usage_error("fit/constant", f"`{name}` has no interval from {low:g} to {high:g}", f"--vary {name}=10:20")
+        raise usage_error(
+            "fit/constant", f"`{name}` has no interval from {low:g} to {high:g}", Choose.VARY.to(f"{name}=10:20")
+        )

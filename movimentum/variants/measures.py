@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from fractions import Fraction
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError, usage_error
 from movimentum.records import dataclass, replace
@@ -104,7 +105,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
                 else "a constant that varies is"
             )
             what = f"the column that says {OWN_COLUMNS[name]} is" if name in OWN_COLUMNS else what
-            raise wrong(text, f"{what} called `{name}` already", f"--measure 'my_{name} = {text}'")
+            raise wrong(text, f"{what} called `{name}` already", Choose.MEASURE.to(f"'my_{name} = {text}'"))
         names.add(name)
         measures.append(Measure(name, text, _split(text, parts)))
     return MeasureSet(tuple(measures), tuple(parts))
@@ -118,7 +119,7 @@ def wrong(text: str, message: str, *helps: str) -> UsageError:
 def example(name: str = "stroke") -> str:
     """A measure that can be typed."""
     word = name if re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) else "stroke"
-    return f"--measure '{word} = .max(Rod.B.x) - .min(Rod.B.x)'"
+    return Choose.MEASURE.to(f"'{word} = .max(Rod.B.x) - .min(Rod.B.x)'")
 
 
 def retold(text: str, item: Diagnostic) -> UsageError:
@@ -143,7 +144,9 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
         if (sign := _SIGN.search(re.sub(r"\{[^{}]*\}", lambda found: " " * len(found[0]), plain))) is not None:
             value = text[: sign.start()].strip() if plain == text else ""
             raise wrong(
-                text, f"`{sign[0]}` compares, and a measure is a value", f"--measure '{value}'" if value else example()
+                text,
+                f"`{sign[0]}` compares, and a measure is a value",
+                Choose.MEASURE.to(f"'{value}'") if value else example(),
             ) from None
         item = error.diagnostics[0]
         raise wrong(text, _COMPARED.sub("an operator", item.message), *(item.helps or (example(),))) from None
@@ -160,7 +163,7 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
         part = ReducedPart(kind, plain[operand.start : operand.end])
         if kind is Reduction.AT:
             if len(call.arguments) != 2:
-                help_ = f"--measure 'there = .at({part.text}, 0.5)'"
+                help_ = Choose.MEASURE.to(f"'there = .at({part.text}, 0.5)'")
                 raise wrong(text, "`.at(…)` takes an expression and a time", help_)
             when = call.arguments[1].span
             part = replace(part, time=_time(text, part.text, plain[when.start : when.end]))
@@ -176,7 +179,9 @@ def _holds(outer: Span, inner: Span) -> bool:
 def _time(text: str, operand: str, when: str) -> Fraction:
     time = rational(when, exponents=True)
     if time is None:
-        raise wrong(text, f"`{when}` is not a time, such as 0.5 or 1/3", f"--measure 'there = .at({operand}, 0.5)'")
+        raise wrong(
+            text, f"`{when}` is not a time, such as 0.5 or 1/3", Choose.MEASURE.to(f"'there = .at({operand}, 0.5)'")
+        )
     return time
 
 
@@ -185,5 +190,7 @@ def _claim(text: str, inside: str) -> int | None:
     if not inside:
         return None
     if not inside.isdigit() or int(inside) < 1:
-        raise wrong(text, "`.margin(…)` takes the number of a claim, in the order written", "--measure '.margin(1)'")
+        raise wrong(
+            text, "`.margin(…)` takes the number of a claim, in the order written", Choose.MEASURE.to("'.margin(1)'")
+        )
     return int(inside) - 1

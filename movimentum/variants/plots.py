@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.arrays import FloatArray
 from movimentum.encoding.heat_map import HeatMap, write_heat_map
 from movimentum.encoding.plot import COLORS, write_curves
@@ -39,7 +40,7 @@ def read_plots(texts: Sequence[str], grid: VariantGrid, measures: MeasureSet, be
     plots: list[Plot] = []
     for text in texts:
         words = [word.strip() for word in text.split(",")]
-        example = f"--plot {','.join([*grid.names[:2], *measures.names[:1]] or ['R', 'L', 'stroke'])}"
+        example = Choose.PLOT.to(",".join([*grid.names[:2], *measures.names[:1]] or ["R", "L", "stroke"]))
         if not 2 <= len(words) <= 3:
             raise usage_error("usage/plot", f"`{text}`: a plot is of one or two constants and a measure", example)
         *over, name = words
@@ -59,7 +60,12 @@ def read_plots(texts: Sequence[str], grid: VariantGrid, measures: MeasureSet, be
         if int(np.prod([len(axis) for axis in others])) > most:
             told = ", ".join(f"`{axis.names[0]}`" for axis in others)
             message = f"`{text}`: {told} varies too, which this plot cannot show"
-            raise usage_error("usage/plot", message, f"one value of it: --set {others[0].names[0]}=…", example)
+            raise usage_error(
+                "usage/plot",
+                message,
+                Advised("one value of it: ", Choose.SET.to(), f" {others[0].names[0]}=…"),
+                example,
+            )
         if len(grid) > MOST_PLOTTED:
             raise usage_error("usage/plot", f"{len(grid):,} variants are too many for a plot")
         target = beside.with_name(f"{beside.stem}-{re.sub(r'[^A-Za-z0-9_]+', '-', name)}.png")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from movimentum.advice import Choose
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
 from movimentum.records import replace
@@ -27,7 +28,7 @@ MOST_CELLS = 100
 def check_sheet(target: Path) -> None:
     """Raise `UsageError` if no sheet can be written there."""
     if target.suffix.lower() != ".png":
-        raise usage_error("usage/output", f"{target}: a sheet is a .png", f"--sheet {target.with_suffix('.png')}")
+        raise usage_error("usage/output", f"{target}: a sheet is a .png", Choose.SHEET.to(target.with_suffix(".png")))
     refuse_unwritable(target)
 
 

@@ -16,6 +16,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.errors import usage_error
 from movimentum.records import dataclass
@@ -106,7 +107,7 @@ def open_spool(path: Path, key: str, grid: VariantGrid, columns: int, *, resume:
             if first != header:
                 stream.close()
                 message = f"{path} is from another sweep: its script, values or measures were different"
-                again = "leave out --resume to solve everything again"
+                again = Advised("leave out ", Choose.RESUME.to(), " to solve everything again")
                 raise usage_error("usage/resume", message, again, f"rm {typed(path)}")
             return VariantSpool(stream, len(header), grid, columns)
         stream = path.open("w+b")

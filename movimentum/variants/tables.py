@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, TextIO, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.advice import Choose
 from movimentum.arrays import FloatArray
 from movimentum.errors import usage_error
 from movimentum.variants.outcomes import OUTCOMES, VariantRows
@@ -31,7 +32,9 @@ def check_table(path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in TABLE_SUFFIXES:
         message = f"{path}: a table of variants ends in one of {', '.join(TABLE_SUFFIXES)}"
-        raise usage_error("usage/output", message, f"-o {path.with_suffix('.csv') if path.name else 'table.csv'}")
+        raise usage_error(
+            "usage/output", message, Choose.OUTPUT.to(path.with_suffix(".csv") if path.name else "table.csv")
+        )
     if suffix == ".parquet":
         _pyarrow()
 
@@ -41,7 +44,9 @@ def _pyarrow() -> Any:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError as problem:
         message = "Parquet needs pyarrow, which is not installed"
-        raise usage_error("usage/extra", message, "pip install 'movimentum[parquet]'", "-o table.csv") from problem
+        raise usage_error(
+            "usage/extra", message, "pip install 'movimentum[parquet]'", Choose.OUTPUT.to("table.csv")
+        ) from problem
 
 
 def write_table(names: list[str], rows: RowSource, count: int, path: Path, suffix: str) -> None:

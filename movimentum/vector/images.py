@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.model import ImageMark
 from movimentum.encoding.pieces import saved
@@ -95,5 +96,7 @@ def rastered(prepared: PreparedDrawing, kind: str) -> Iterator[Diagnostic]:
                 Severity.NOTE,
                 f"`{Path(mark.path).name}` is made of pixels in the {kind}, because it has {reason}",
                 mark.span,
-                helps=("save it with plain paths and colours only, or draw it larger: `--scale 2`",),
+                helps=(
+                    Advised("save it with plain paths and colours only, or draw it larger: `", Choose.SCALE.to(2), "`"),
+                ),
             )

@@ -7,6 +7,7 @@ from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 
+from movimentum.advice import Choose
 from movimentum.encoding.write import Progress, WriteReport
 from movimentum.errors import usage_error
 from movimentum.output.files import whole_file
@@ -64,8 +65,8 @@ def refuse_too_long(scene: Scene, frames: int, path: Path) -> None:
             "limit/poses",
             f"{counted(frames, 'frame')} of {counted(len(scene.things), 'thing')} are too much for one {kind} file: the"
             f" limit is {MAX_POSES:,} poses",
-            f"--frames 0:{fewer}",
-            f"-o {typed(path.with_suffix('.gif'))}",
+            Choose.FRAMES.to(f"0:{fewer}"),
+            Choose.OUTPUT.to(typed(path.with_suffix(".gif"))),
         )
 
 

@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import NoSolutionError, ScriptError, usage_error
 from movimentum.records import dataclass, replace
@@ -214,7 +215,7 @@ def _frames(timeline: Timeline, picture: Picture) -> range:
         return range(start, stop)
     if not timeline.start <= picture.at <= timeline.end:
         message = f"time {picture.at} is outside the film, from {timeline.start} to {timeline.end}"
-        raise usage_error("usage/at", message, "--at 0")
+        raise usage_error("usage/at", message, Choose.AT.to(0))
     return range(math.ceil((picture.at - timeline.start) * timeline.fps), stop)
 
 
@@ -251,5 +252,5 @@ def ground_color(text: str) -> tuple[int, int, int]:
         from difflib import get_close_matches
 
         near = get_close_matches(text.lower(), color_names(), 3) or ["white", "'#ffcc00'"]
-        raise usage_error("usage/color", f"there is no colour `{text}`", *(f"--background {name}" for name in near))
+        raise usage_error("usage/color", f"there is no colour `{text}`", *(Choose.BACKGROUND.to(name) for name in near))
     return found

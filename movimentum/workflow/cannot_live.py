@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import ScriptError
 from movimentum.records import replace
@@ -46,7 +47,7 @@ def built(source: SourceText, scene: Scene, slider: Slider) -> ScriptError:
     spans = list(_uses(source, slider.name))
     span = next((s for s in spans if any(h.start <= s.start < h.end for h in headers)), spans[0] if spans else None)
     message = f"`{slider.name}` cannot be a slider: times, the canvas or the number of things depend on it"
-    return _error(scene, message, span, "write the number here", "leave it out of --live")
+    return _error(scene, message, span, "write the number here", Advised("leave it out of ", Choose.LIVE.to()))
 
 
 def cannot(source: SourceText, scene: Scene, thing: Thing, sliders: Sequence[Slider]) -> ScriptError:
@@ -57,13 +58,19 @@ def cannot(source: SourceText, scene: Scene, thing: Thing, sliders: Sequence[Sli
     )
     what = "its picture" if thing.picture is not None else "how it is drawn"
     message = f"`{thing.name}` does not follow the slider of `{name}`: {what} is made only once"
-    return _error(scene, message, _use(source, name, thing.span), "write the number here", "leave it out of --live")
+    return _error(
+        scene,
+        message,
+        _use(source, name, thing.span),
+        "write the number here",
+        Advised("leave it out of ", Choose.LIVE.to()),
+    )
 
 
 def useless(source: SourceText, scene: Scene, slider: Slider) -> ScriptError:
     """A constant that nothing depends on."""
     message = f"nothing that is drawn or solved depends on `{slider.name}`"
-    return _error(scene, message, _use(source, slider.name, None), "leave it out of --live")
+    return _error(scene, message, _use(source, slider.name, None), Advised("leave it out of ", Choose.LIVE.to()))
 
 
 def refuse_drawn(scene: Scene) -> None:

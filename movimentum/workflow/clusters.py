@@ -17,6 +17,7 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
+from movimentum.advice import Advised, Choose
 from movimentum.budget import keep_freed_memory
 from movimentum.errors import usage_error
 from movimentum.signals import interrupts_held_back
@@ -37,7 +38,13 @@ def check_address(address: str) -> None:
     """Raise `UsageError` for what names no cluster, and where `distributed` is missing."""
     if not _LOCAL.fullmatch(address) and not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://\S+", address):
         message = f"`{address}` is not the address of a cluster"
-        raise usage_error("usage/dask", message, "--dask local", "--dask local:4", "--dask tcp://scheduler:8786")
+        raise usage_error(
+            "usage/dask",
+            message,
+            Choose.DASK.to("local"),
+            Choose.DASK.to("local:4"),
+            Choose.DASK.to("tcp://scheduler:8786"),
+        )
     _distributed()
 
 
@@ -45,7 +52,7 @@ def _distributed() -> Any:
     try:
         return import_module("distributed")
     except ImportError as problem:
-        message = "--dask needs distributed, which is not installed"
+        message = Advised(Choose.DASK.to(), " needs distributed, which is not installed")
         raise usage_error("usage/extra", message, "pip install 'movimentum[cluster]'") from problem
 
 
@@ -63,7 +70,7 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
         if local is not None:
             workers = int(local[1]) if local[1] else None
             if workers == 0:
-                raise usage_error("usage/dask", "a cluster has at least one worker", "--dask local:2")
+                raise usage_error("usage/dask", "a cluster has at least one worker", Choose.DASK.to("local:2"))
             with ExitStack() as stack:
                 stack.callback(_semaphores_freed)
                 # as the tracker starts, it would let a Ctrl-C through that is held back
@@ -84,7 +91,7 @@ def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, No
             client = distributed.Client(address, timeout=TIMEOUT_S, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as problem:
             message = f"no scheduler answers at {address} (waited {TIMEOUT_S} s)"
-            helps = ("`dask scheduler` starts one, and prints its address", "--dask local")
+            helps = ("`dask scheduler` starts one, and prints its address", Choose.DASK.to("local"))
             raise usage_error("usage/dask", message, *helps) from problem
         with client:
             if client.dashboard_link:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.errors import script_error
 from movimentum.expressions import symbol
 from movimentum.workflow.choices import Choices, Outcome
@@ -52,10 +53,10 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     segment = next((s for s in motion.segments if s.segment.start < s.segment.end), motion.segments[0])
     length = float(segment.segment.end - segment.segment.start)
     wanted = [symbol(AnchorCoordinate(thing.number, number, axis)) for axis in (0, 1)]
-    more = f"`movimentum curve SCRIPT {anchor} --seconds {4 * seconds:g}`"
-    draws = f"`movimentum run SCRIPT --trace {anchor}` draws it"
+    more = Advised(f"`movimentum curve SCRIPT {anchor} ", Choose.SECONDS.to(), f" {4 * seconds:g}`")
+    draws = Advised("`movimentum run SCRIPT ", Choose.TRACE.to(), f" {anchor}` draws it")
     helps = (more,)
-    reason: str = "it takes too long; `--seconds` gives more time"
+    reason: str = Advised("it takes too long; `", Choose.SECONDS.to(), "` gives more time")
     for share in SHARES:
         try:
             spots = lowered(segment, wanted)
@@ -67,7 +68,7 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
         except NoBall as special:
             reason, helps = special.told, (draws,)
         except Late as late:
-            reason = f"it takes more than {seconds:g} s; `--seconds` gives more time"
+            reason = Advised(f"it takes more than {seconds:g} s; `", Choose.SECONDS.to(), "` gives more time")
             reason += f" ({late})" if str(late) else ""
             helps = (more,)
             break

@@ -6,14 +6,14 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import MovimentumError, ScriptError, script_error
 from movimentum.expressions import Expr, named_origins, symbol, walk
 from movimentum.records import replace
-from movimentum.text import rational
 from movimentum.tolerances import APART_IN_NAME_ONLY, ZERO_IN_NAME_ONLY
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, moved, rebuilding, solved, understand
+from movimentum.workflow.stages import arranged, moved, plain_numbers, rebuilding, solved, understand
 
 if TYPE_CHECKING:
     from movimentum.equations.program import MotionProgram, NoProgram, StageProgram
@@ -44,7 +44,10 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
     try:
         stages = stages_of(motion, [each for _, each in outputs], payloads)
     except NoProgram as error:
-        helps = "name something that has a formula: `--of Crank.B.x`", "`movimentum solve` gives poses"
+        helps = (
+            Advised("name something that has a formula: `", Choose.OF.to("Crank.B.x"), "`"),
+            "`movimentum solve` gives poses",
+        )
         raise no_form(error, motion.timeline.scene, *helps) from error
     values = tuple((identifier(name), value) for name, value in constants.items())
     return MotionProgram(values, tuple(name for name, _ in outputs), stages)
@@ -76,19 +79,14 @@ def no_form(error: NoProgram, scene: Scene, *helps: str) -> ScriptError:
 def _kept(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choices]:
     """The constants that are plain numbers, and choices under which each keeps its name (see `kept_apart`)."""
     scene = understand(source, choices)
-    set_already = {name for name, _ in choices.settings}
     found: dict[str, float] = {}
-    for constant in scene.constants:
-        text = scene.source.text[constant.expression.start : constant.expression.end]
-        value = rational(text.strip())
-        if not value or len(constant.value) != 1 or constant.name in set_already:
-            continue
-        more = kept_apart(choices, constant.name, float(value), len(found))
+    for constant, value in plain_numbers(scene, choices):
+        more = kept_apart(choices, constant.name, value, len(found))
         try:
             arranged(understand(source, more), more)
         except MovimentumError:
             continue  # a number of copies, say
-        found[constant.name], choices = float(value), more
+        found[constant.name], choices = value, more
     return found, choices
 
 
@@ -171,7 +169,11 @@ def _asked(source: SourceText, choices: Choices, of: Sequence[str]) -> list[tupl
     for text in of:
         statement = parsed_statement(f"{text} = 0;", text)
         if statement is None:
-            raise script_error("query/expression", f"`{text}` is no expression", "for instance `--of Crank.B.x`")
+            raise script_error(
+                "query/expression",
+                f"`{text}` is no expression",
+                Advised("for instance `", Choose.OF.to("Crank.B.x"), "`"),
+            )
         parts = understood(statement.left, 0, rebuilding(source, choices))
         names = (text,) if len(parts) == 1 else (f"{text}.x", f"{text}.y")
         found += zip(names, parts, strict=False)

@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, script_error, usage_error
 from movimentum.output.files import refuse_overwriting
@@ -62,13 +63,17 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
     title = visible(Path(source.path).name)  # it is in a comment of one line
     kind = kind_of(source)
     if how.snap and kind is not FileKind.LINKAGE:
-        raise usage_error("usage/import", f"--snap is for linkage files: {kind.told} has no angles to repair")
+        raise usage_error(
+            "usage/import", Advised(Choose.SNAP.to(), f" is for linkage files: {kind.told} has no angles to repair")
+        )
     if how.drives and kind is not FileKind.MECHANISM:
         instead = {
             FileKind.FORMULAS: "formulas name their own inputs",
             FileKind.LINKAGE: "pull a linkage with a wish",
         }.get(kind, "this file already says what is driven")
-        raise usage_error("usage/import", f"--drive is for Pyslvs' mechanism expressions: {instead}")
+        raise usage_error(
+            "usage/import", Advised(Choose.DRIVE.to(), f" is for Pyslvs' mechanism expressions: {instead}")
+        )
     text, found = script_of(source, title, how.drives, how.snap_angle if how.snap else None)
     found, warned = judged(found, Choices(strict=strict))
     if warned:
@@ -192,13 +197,19 @@ def exported(source: SourceText, target: Path | None, how: Export, choices: Choi
         refuse_overwriting(target, reads(source, understand(source, choices)))
         known = ", ".join(filter(None, BY_SUFFIX))
         message = f"cannot tell a format from `{target.name}`: known are {known}"
-        helps = (f"-o {typed(target.with_suffix('.dxf'))}", "--format linkages")
+        helps = (Choose.OUTPUT.to(typed(target.with_suffix(".dxf"))), Choose.FORMAT.to("linkages"))
         raise usage_error("output/format", message, *helps)
     if how.at is not None and form in ("pyslvs", "parts", "profiles"):
-        raise usage_error("usage/at", f"--at is for what has one pose, and {form} has none", "leave out --at")
+        raise usage_error(
+            "usage/at",
+            Advised(Choose.AT.to(), f" is for what has one pose, and {form} has none"),
+            Advised("leave out ", Choose.AT.to()),
+        )
     if (how.thickness is None) == (form == "stl"):
-        message = "an STL needs a thickness" if form == "stl" else "--thickness is for an STL"
-        raise usage_error("usage/thickness", message, "-o parts.stl --thickness 3")
+        message = "an STL needs a thickness" if form == "stl" else Advised(Choose.THICKNESS.to(), " is for an STL")
+        raise usage_error(
+            "usage/thickness", message, Advised(Choose.OUTPUT.to(), " parts.stl ", Choose.THICKNESS.to(), " 3")
+        )
     timeline = arranged(understand(source, choices), choices)
     solution = solved(timeline, choices)
     moment = timeline.start if how.at is None else how.at

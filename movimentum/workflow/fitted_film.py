@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
+from movimentum.advice import Advised, Choose
 from movimentum.encoding.told import largest_scale, short
 from movimentum.records import dataclass, field
 from movimentum.text import counted, number
@@ -86,17 +87,23 @@ def _timed(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
             made.reasons.append(f"{number(float(made.fps))} frames a second is the {word} that is taken")
     elif not least <= shape.fps <= most:
         bounds = f"{float(least):g} to {float(most):g}" if least else f"at most {float(most):g}"
-        made.broken.append((f"{float(shape.fps):g} frames a second are asked for, and {bounds} are taken", "--fps 25"))
+        made.broken.append(
+            (f"{float(shape.fps):g} frames a second are asked for, and {bounds} are taken", Choose.FPS.to(25))
+        )
     shortest, longest = taken.seconds
     if longest is not None and shape.seconds > longest:
         fits = int(longest * shape.own_fps)
         if shape.chosen:
             long = f"{number(float(shape.seconds))} s are asked for, and {longest} s at most are taken"
-            made.broken.append((long, f"--frames {shape.start}:{shape.start + fits}"))
+            made.broken.append((long, Choose.FRAMES.to(f"{shape.start}:{shape.start + fits}")))
         else:
             made.seconds = longest
             made.reasons.append(
-                f"of {number(float(shape.seconds))} s, the first {longest} are taken: --frames chooses others"
+                Advised(
+                    f"of {number(float(shape.seconds))} s, the first {longest} are taken: ",
+                    Choose.FRAMES.to(),
+                    " chooses others",
+                )
             )
     if 0 < made.seconds < shortest and shape.stop - shape.start > 1:
         made.repeats = math.ceil(shortest / made.seconds)
@@ -120,7 +127,7 @@ def _sized(taken: Taken, shape: FilmShape, made: FilmFit, smaller: float) -> Non
         size = shape.size(shape.scale)
         if size[0] > box[0] or size[1] > box[1]:
             told = f"{size[0]} x {size[1]} pixels are asked for, and {box[0]} x {box[1]} at most are taken"
-            made.broken.append((told, f"--scale {number(short(fits), 6)}"))
+            made.broken.append((told, Choose.SCALE.to(number(short(fits), 6))))
     if taken.shapes:
         size = shape.size(made.scale)
         grown = max(1.0, size[0] / box[0], size[1] / box[1])
@@ -133,7 +140,7 @@ def _numbered(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
         return
     if shape.fps is not None:
         told = f"{made.frames(shape):,} frames are asked for, and {taken.frames} at most are taken"
-        made.broken.append((told, f"--fps {_typed(_slower(made, shape, taken.frames))}"))
+        made.broken.append((told, Choose.FPS.to(_typed(_slower(made, shape, taken.frames)))))
         return
     made.fps = _slower(made, shape, taken.frames)
     made.reasons.append(f"{_typed(made.fps)} frames a second, for at most {taken.frames} frames")
@@ -171,7 +178,7 @@ def _in_area(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
     if not _fits(taken, shape, made):
         pixels = made.frames(shape) * _area(shape, made.scale)
         told = f"{pixels / 1e6:,.0f} megapixels in all frames are asked for, and {taken.area / 1e6:,.0f} at most move"
-        made.broken.append((told, f"--scale {number(_scale_for(taken, shape, made), 6)}"))
+        made.broken.append((told, Choose.SCALE.to(number(_scale_for(taken, shape, made), 6))))
     elif before != (made.scale, made.fps):
         pixels = before[0] ** 2 * shape.width * shape.height * math.ceil(made.seconds * before[1])
         made.reasons.append(f"at its full size and rate it would have {pixels / 1e6:,.0f} megapixels")

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.errors import usage_error
 from movimentum.records import dataclass
 from movimentum.workflow.choices import FrameChoice
@@ -26,7 +27,9 @@ def chosen_frames(timeline: Timeline, frames: FrameChoice | None) -> tuple[int, 
     start, stop = (0, count) if frames is None else frames(count)
     if start >= stop:
         raise usage_error(
-            "usage/frames", f"--frames chooses none of the {count} frames (0 to {count - 1})", f"--frames 0:{count}"
+            "usage/frames",
+            Advised(Choose.FRAMES.to(), f" chooses none of the {count} frames (0 to {count - 1})"),
+            Choose.FRAMES.to(f"0:{count}"),
         )
     return start, stop
 

@@ -108,8 +108,7 @@ class Inspector:
         """The same, also where there is no solution."""
         segment_motion = self.segment_motion
         tau = float(self.time - segment_motion.segment.start)
-        begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-        return segment_motion.pieces[int(np.searchsorted(begins, tau, side="right"))], tau
+        return segment_motion.pieces[int(segment_motion.piece_numbers(np.array(tau)))], tau
 
     def poses(self) -> Poses:
         """The poses at the instant (F = 1)."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.records import replace
@@ -53,7 +54,9 @@ def refuse_unfit(target: Path) -> None:
     from movimentum.output.files import refuse_unwritable
 
     if target.suffix.lower() != ".html":
-        raise usage_error("usage/live", "a living figure is a page", f"-o {typed(target.with_suffix('.html'))}")
+        raise usage_error(
+            "usage/live", "a living figure is a page", Choose.OUTPUT.to(typed(target.with_suffix(".html")))
+        )
     refuse_unwritable(target)
 
 
@@ -77,7 +80,7 @@ def living_figure(
     from movimentum.drawing.options import Show
 
     if Show.FREE in picture.show:
-        raise usage_error("usage/live", "a living figure shows no free motions", "--show names,anchors")
+        raise usage_error("usage/live", "a living figure shows no free motions", Choose.SHOW.to("names,anchors"))
     plain = understand(source, choices, picture.max_pixels)
     sliders = tuple(_sliders(plain, names))
     kept = _kept(source, choices, plain, sliders)
@@ -209,11 +212,13 @@ def _sliders(scene: Scene, names: Sequence[str]) -> Iterator[Slider]:
         constant = known.get(name)
         if constant is None:
             near = get_close_matches(name, known, 3, 0.3) or list(known)
-            raise usage_error("usage/constant", f"the script has no constant `{name}`", *(f"--live {n}" for n in near))
+            raise usage_error(
+                "usage/constant", f"the script has no constant `{name}`", *(Choose.LIVE.to(n) for n in near)
+            )
         value = constant.value[0].value
         if len(constant.value) != 1:
             numbers = [n for n, each in known.items() if len(each.value) == 1]
-            helps = [f"--live {','.join(numbers)}"] if numbers else ["`.let x = 50;` is a number"]
+            helps = [Choose.LIVE.to(",".join(numbers))] if numbers else ["`.let x = 50;` is a number"]
             raise usage_error("usage/live", f"`{name}` is a vector, and a slider moves one number", *helps)
         least, most = _range(constant, float(value))
         yield Slider(name, identifier(name), float(value), least, most, constant.unit)
@@ -335,7 +340,7 @@ def _compared(source: SourceText, choices: Choices, figure: Figure) -> Iterator[
         poses = motion.poses(0, len(figure.times))
         found = follower.film(dict(zip(codes, values, strict=True)), figure.times)
         if not _same(figure, poses, found):
-            said = " ".join(f"--set {name}={text}" for name, text in settings)
+            said = " ".join(Choose.SET.to(f"{name}={text}") for name, text in settings)
             setting = ", ".join(f"{name} = {text}" for name, text in settings)
             message = f"with {setting} the page shows other poses than `solve`"
             span = base.constants[0].span

@@ -14,10 +14,9 @@ from movimentum.expressions import Expr, symbol
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Claim
 from movimentum.settings import Advice
-from movimentum.text import rational
 from movimentum.tolerances import BESIDE_CONSTANT, CLAIM_MET
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.stages import arranged, examined, moved, rebuilding, understand
+from movimentum.workflow.stages import arranged, examined, moved, plain_numbers, rebuilding, understand
 
 if TYPE_CHECKING:
     from movimentum.proving.verdicts import Judgement
@@ -131,13 +130,8 @@ def _judgements(
 def _open(scene: Scene, source: SourceText, choices: Choices) -> list[tuple[str, Expr]]:
     """The constants that are plain numbers and may have others, each a little beside its own."""
     found: list[tuple[str, Expr]] = []
-    set_already = {name for name, _ in choices.settings}
-    for constant in scene.constants:
-        text = scene.source.text[constant.expression.start : constant.expression.end]
-        value = rational(text.strip())
-        if value is None or not value or len(constant.value) != 1 or constant.name in set_already:
-            continue
-        number = float(value) * (1.0 + BESIDE_CONSTANT * (math.sqrt(2.0 + len(found)) % 1.0 + 0.1))
+    for constant, value in plain_numbers(scene, choices):
+        number = value * (1.0 + BESIDE_CONSTANT * (math.sqrt(2.0 + len(found)) % 1.0 + 0.1))
         open_one = Expr("const", (), number, symbol(Open(constant.name)))
         try:
             understand(source, replace(choices, settings=(*choices.settings, (constant.name, open_one))))

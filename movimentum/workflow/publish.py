@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.output.files import unwritable
@@ -130,7 +131,7 @@ class _Publishing:
         if not own and reason is not None and not shape.still:
             message = f"`{self.target.name}` is not for {place.called}: {reason}"
             better = self.target.with_suffix(every[0].suffix) if not every[0].numbered else self.target.with_suffix("")
-            said.append(Diagnostic(FORMAT, Severity.WARNING, message, helps=(f"-o {typed(better)}",)))
+            said.append(Diagnostic(FORMAT, Severity.WARNING, message, helps=(Choose.OUTPUT.to(typed(better)),)))
         return own or [_ANYTHING]
 
     def _missing(self, taken: Taken) -> Diagnostic:
@@ -205,7 +206,7 @@ class _Publishing:
             message = (
                 f"{self.place.called}: the file has {size / 1e6:.1f} MB, and {taken.weight / 1e6:g} at most are taken"
             )
-            more.append(Diagnostic(LIMIT, Severity.WARNING, message, helps=("--frames 0:50",)))
+            more.append(Diagnostic(LIMIT, Severity.WARNING, message, helps=(Choose.FRAMES.to("0:50"),)))
         own = ("render/gif-area", "render/weight")  # the place has said what it takes
         rest = tuple(item for item in done.diagnostics if item.code not in own)
         notes = tuple(item for item in done.notes if item.code not in own)

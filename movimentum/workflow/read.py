@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.errors import script_error, usage_error
 from movimentum.records import dataclass, field
 from movimentum.source import SourceText, UnfoldedText, drawing_file
@@ -136,7 +137,10 @@ class ScriptFiles:
     def _refuse_unknown(self, path: str) -> None:
         if self.complete:
             message = f"a variant uses {path}, which was not sent: the script with its own constants does not use it"
-            helps = ("use `--set` to give constants with which the script uses it", "or leave out --dask")
+            helps = (
+                Advised("use `", Choose.SET.to(), "` to give constants with which the script uses it"),
+                Advised("or leave out ", Choose.DASK.to()),
+            )
             raise usage_error(NOT_SENT, message, *helps)
 
 

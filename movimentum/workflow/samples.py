@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+from movimentum.advice import Choose
 from movimentum.errors import UsageError, usage_error
 from movimentum.output.files import made_folder, unwritable, whole_file
 from movimentum.records import dataclass
@@ -71,7 +72,7 @@ def write_starter(sample: Sample, target: Path) -> None:
     """Write a script to start from; `UsageError` if there is anything at ``target``."""
     if _taken(target):
         free = next(path for k in range(2, 10**6) if not _taken(path := target.with_name(f"{target.stem}-{k}.mov")))
-        raise _exists(f"{target} exists already, and is not written over", f"-o {typed(free)}")
+        raise _exists(f"{target} exists already, and is not written over", Choose.OUTPUT.to(typed(free)))
     with whole_file(target) as part:
         part.write_bytes(sample.path.read_bytes())
 

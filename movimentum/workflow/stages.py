@@ -10,13 +10,14 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
-from movimentum.text import PLAIN
+from movimentum.text import PLAIN, rational
 from movimentum.workflow.choices import MAX_PIXELS, Choices
 
 if TYPE_CHECKING:
     from movimentum.analysis.report import StepReport
     from movimentum.query import Rebuild
     from movimentum.scene.cutting import CutJob, CutProfile
+    from movimentum.scene.expansion.product import NamedConstant
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import AnyMotion, PathMotion
     from movimentum.solver.reuse import Known
@@ -86,6 +87,15 @@ def _carved(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> Sequence[CutP
     from movimentum.solver.carving import carve
 
     return carve(scene, jobs)
+
+
+def plain_numbers(scene: Scene, choices: Choices) -> Iterator[tuple[NamedConstant, float]]:
+    """The constants that are plain numbers but 0 and are not set by ``choices``, with their values."""
+    set_already = {name for name, _ in choices.settings}
+    for constant in scene.constants:
+        value = rational(scene.source.text[constant.expression.start : constant.expression.end].strip())
+        if value and len(constant.value) == 1 and constant.name not in set_already:
+            yield constant, float(value)
 
 
 def rebuilding(source: SourceText, choices: Choices, files: ScriptFiles | None = None) -> Rebuild:

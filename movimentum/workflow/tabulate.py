@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from movimentum.advice import Advised, Choose
 from movimentum.errors import usage_error
 from movimentum.settings import FailurePolicy
 from movimentum.source import SourceText
@@ -37,7 +38,9 @@ def tabulate(
 
     if choices.digits is not None and choices.digits > choices.max_digits:
         message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"
-        raise usage_error("limit/digits", message, f"`--max-digits {choices.digits}` raises the limit")
+        raise usage_error(
+            "limit/digits", message, Advised("`", Choose.MAX_DIGITS.to(choices.digits), "` raises the limit")
+        )
     if target is not None:
         refuse_unwritable(target)
     timeline = arranged(understand(source, choices), choices) if solution is None else solution.motion.timeline

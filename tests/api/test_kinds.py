@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import inspect
+import pickle
 import re
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.api.arguments import _SPARING, QualityWord, ShowWord, in_python
 from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
@@ -157,16 +159,54 @@ def test_diagnostics_name_keywords_too() -> None:
     assert '`on_failure="hold"` keeps the last good pose' in item.helps[0]
 
 
-def test_every_option_that_python_has_too_is_known() -> None:
-    """An option of `run`, `solve`, `sweep` or `fit` whose name is a keyword here is translated."""
+def test_every_option_that_python_has_too_is_worded_so() -> None:
+    """An option of `run`, `solve`, `sweep` or `fit` whose name is a keyword here is one in advice; all that advice
+    names are options of some command.
+    """
     keywords = {name for kind in (mv.Script, mv.Motion) for _, call in inspect.getmembers(kind, inspect.isfunction)
                 for name in inspect.signature(call).parameters}  # fmt: skip
-    for command in ("run", "solve", "sweep", "fit"):
-        for parameter in commands.commands[command].params:
+    keywords |= {"set", "output", "dask", "vary"}
+    of: dict[str, set[str]] = {}
+    for name, command in commands.commands.items():
+        for parameter in command.params:
             for option in parameter.opts:
-                if option.removeprefix("--").replace("-", "_") in keywords - {"open", "seed"}:
-                    (item,) = in_python([Diagnostic("x", mv.Severity.ERROR, f"`{option}`", helps=(f"{option} 5",))])
-                    assert not OPTION.search(item.message + item.helps[0]), option
+                of.setdefault(option.removeprefix("--"), set()).add(name)
+    for choice in Choose:
+        assert choice.value in of, choice
+        if of[choice.value] & {"run", "solve", "sweep", "fit"} and choice.value.replace("-", "_") in keywords:
+            said = Diagnostic("x", mv.Severity.ERROR, Advised("`", choice.to(), "`"), helps=(choice.to(5),))
+            (item,) = in_python([said])
+            assert not OPTION.search(item.message + item.helps[0]), choice
+
+
+@pytest.mark.parametrize(
+    ("advice", "shell", "python"),
+    [
+        (Choose.MAX_FRAMES.to(400), "--max-frames 400", "Limits(frames=400)"),
+        (Choose.MAX_FRAMES.to(), "--max-frames", "Limits(frames=…)"),
+        (Choose.SET.to("R=9"), "--set R=9", 'with_constants({"R": 9})'),
+        (Choose.VARY.to("R=20:80:61"), "--vary R=20:80:61", "R=np.linspace(20, 80, 61)"),
+        (Choose.VARY.to("R=20:80"), "--vary R=20:80", "R=(20, 80)"),
+        (Choose.VARY.to("R=20,35"), "--vary R=20,35", "R=[20,35]"),
+        (Choose.ON_FAILURE.to("skip"), "--on-failure skip", 'on_failure="skip"'),
+        (Choose.MEASURE.to("'a = .max(x)'"), "--measure 'a = .max(x)'", 'measure="a = .max(x)"'),
+        (Choose.LIVE.to("R,L"), "--live R,L", 'live("R", "L")'),
+        (Choose.OUTPUT.to("'a b.png'"), "-o 'a b.png'", '"a b.png"'),
+        (Choose.FPS.to(25), "--fps 25", "fps=25"),
+        (Choose.SNAP.to(), "--snap", "--snap"),
+        (Advised("say ", ScriptCommand.CHECK, ", or `", Choose.AT.to(0), "`"), "say `movimentum check`, or `--at 0`",
+         "say `script.check`, or `at=0`"),
+    ],
+)  # fmt: skip
+def test_advice_is_worded_by_each_front_end(advice: Advised, shell: str, python: str) -> None:
+    assert advice == shell
+    (item,) = in_python([Diagnostic("x", mv.Severity.ERROR, "x", helps=(pickle.loads(pickle.dumps(advice)),))])
+    assert item.helps == (python,)
+
+
+def test_what_a_script_says_is_no_option() -> None:
+    (item,) = in_python([Diagnostic("x", mv.Severity.ERROR, "`--fps 25` in a caption")])
+    assert item.message == "`--fps 25` in a caption"
 
 
 def test_words_are_literals_for_type_checkers() -> None:

@@ -160,3 +160,37 @@ def test_lengths_of_an_ellipse_are_elliptic_integrals(a, b):
     exact = 1e-11 if b > 0.05 * a else 1e-6  # nearly a cusp: a spline
     assert found.beyond(rate).at(there) + rate * there == pytest.approx(along(there), abs=exact * length)
     assert along(found.back(length, math.tau).at(share) + there) == pytest.approx(share * length, abs=exact * length)
+
+
+def gears(lobes, others, e, p):
+    """The distance of centres, and ``e`` and ``p`` of the other wheel, of a pair of elliptical gears of any order:
+    r = p/(1 - e cos n th) rolls on p'/(1 + e' cos n' th').
+    """
+    # a lobe of the one turns the other by a lobe: the integral of r/(C - r) over one is 2 pi over the other's number
+    a, b, c = 1.0 - e * e, -2.0 * p, p * p * (1.0 - (others / lobes) ** 2)
+    between = (-b + math.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
+    low, high = between - p / (1.0 - e), between - p / (1.0 + e)
+    e = (high - low) / (high + low)
+    return between, e, low * (1.0 + e)
+
+
+@broad("seed", range(24), first=5)
+def test_gears_with_any_numbers_of_lobes_roll_on_each_other(seed):
+    """Where they are drawn touching, two places far from each other fulfil the same equations: they overlap."""
+    random = np.random.default_rng(seed)
+    lobes, others = (2, 2) if seed == 0 else random.integers(1, 6, 2).tolist()
+    # hollow ones, too
+    e, p, line = random.uniform(0.05, 0.5), random.uniform(20.0, 60.0) * lobes / 2.0, random.uniform(0.0, 360.0)
+    between, e2, p2 = gears(lobes, others, e, p)
+    x, y = between * math.cos(math.radians(line)), between * math.sin(math.radians(line))
+    way = 1 if seed % 2 else -1
+    things = [f"Left : .curve C = [0,0] .polar(th, {p}/(1 - {e}*.cos({lobes}*(th - {line}))));",
+              f"Right : .curve C = [{x},{y}] .polar(th, {p2}/(1 + {e2}*.cos({others}*(th - 180 - {line}))));"]  # fmt: skip
+    statements = ["Left.C = [0,0];", f"Right.C = [{x},{y}];", f"Left.angle = {90 * way}*.t;", ".roll(Left, Right) = 0;"]
+    random.shuffle(things)
+    random.shuffle(statements)
+    motion = solved("\n".join(things) + "\n@0 " + " ".join(statements) + "\n@4", fps=7)
+    one, other = np.radians(motion["Left.angle"]), np.radians(motion["Right.angle"])
+    far = p / (1.0 - e * np.cos(lobes * one)) + p2 / (1.0 + e2 * np.cos(others * other))
+    assert far == pytest.approx(between, rel=1e-9)
+    assert motion["Right.angle"][-1] == pytest.approx(-way * 360.0 * lobes / others, abs=1e-8)

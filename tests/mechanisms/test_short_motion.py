@@ -289,6 +289,23 @@ def test_a_variable_named_like_a_clock_is_asked_about(name: str) -> None:
     assert not [item for item in mv.loads(better).diagnostics if item.severity is mv.Severity.WARNING]
 
 
+@pytest.mark.parametrize(
+    ("given", "written", "meant"),
+    [
+        (".let radius = 40;", "(A.Q - A.P).x = raduis;", "radius"),
+        (".let Speed2 = 90;", "A.angle = speed2*.t;", "Speed2"),
+        ("@0 swing = 90*.t;", "A.angle = swin + swing/2;", "swing"),
+        ("@0 swing2 = 90*.t; A.Q.x = swing2;", "A.Q.y = swing1;", None),
+        ("", "A.angle = swing1 + swing2;", None),
+        (".let radius = 40;", "A.angle = turn;", None),
+    ],
+)
+def test_a_variable_that_is_nearly_another_name_is_asked_about(given: str, written: str, meant: str | None) -> None:
+    text = BAR + (f"{given} " if "@0" in given else f"{given} @0 ") + f"A.P = [60,60]; {written} @4"
+    found = [item for item in mv.loads(text).diagnostics if any("did you mean" in each for each in item.helps)]
+    assert [fix.edits[0].text for item in found for fix in item.fixes] == ([meant] if meant else [])
+
+
 def test_a_place_may_be_called_s() -> None:
     """What the rest determines is not asked about, even if something else is free."""
     text = (

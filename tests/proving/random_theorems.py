@@ -265,13 +265,14 @@ Mid : .disc(4) O = [180,150];
 
 
 def circle_angles(chance):
+    """Inscribed angles; no instant that is looked at has `P` on `A` or `B`, where there is no angle."""
     r = chance.randint(60, 110)
     p, q = chance.randint(-170, -10), chance.randint(10, 170)
     return (
         HEAD
         + f"""
 A : .disc(3) O = [10,10]; B : .disc(3) O = [20,10]; P : .disc(3) O = [30,10]; T : .disc(3) O = [40,10];
-@0 A.O = [200,160] + [{r},0].r({p}); B.O = [200,160] + [{r},0].r({q}); P.O = [200,160] + [{r},0].r({u(chance, -170, 170)} + {u(chance, 5, 40)}*.t);
+@0 A.O = [200,160] + [{r},0].r({p}); B.O = [200,160] + [{r},0].r({q}); P.O = [200,160] + [{r},0].r({u(chance, -170, 170)} + 0.0137 + {u(chance, 5, 40)}*.t);
    T.O = [200,160] + ([200,160] - P.O)*{u(chance, 1, 2, 1)};
 """
         + claimed(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from movimentum.arrays import unwound_from
 from movimentum.solver.continuation.ode import Flow, Slopes
 from movimentum.solver.kinds.integral import _GAUSS_X, _WITHIN, with_points
-from movimentum.solver.kinds.winding import unwound_from
 
 
 def test_the_points_of_a_quadrature_lie_between_those_that_are_there():

@@ -14,7 +14,7 @@ from movimentum.analysis import examine as examination
 from movimentum.analysis.diagnose.verify import first_shortfall
 from movimentum.analysis.freedom import rank
 from movimentum.analysis.freedom.degrees import block_ranks, generic_moment
-from movimentum.analysis.freedom.sparse_rank import SparseRank
+from movimentum.analysis.freedom.rank import SparseRank
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.writing import structures_compiled

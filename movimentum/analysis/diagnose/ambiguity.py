@@ -14,13 +14,14 @@ from movimentum.records import replace
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot
-from movimentum.solver.basis.pose_state import Snapshot, ThingPose, as_drawn
+from movimentum.solver.basis.body_pose import BodyPose
+from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Part
 from movimentum.text import listed, time_text
-from movimentum.tolerances import AS_DRAWN, ONE_SOLUTION, SAME_INSTANT
+from movimentum.tolerances import AS_DRAWN, ONE_SOLUTION
 
 
 def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
@@ -143,10 +144,7 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
 
 def _states(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[State]:
     """The whole state (one instant) at the beginning with each candidate of the part in turn; none without a path."""
-    piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
-        None,
-    )
+    piece = segment_motion.piece_from(beginning.time)
     if piece is None:
         return []
     with np.errstate(all="ignore"):
@@ -191,6 +189,6 @@ def _moved_as_one(pose: Snapshot, things: Sequence[int], size: float) -> bool:
     return all(_same(pose.things[t], pose.things[things[0]], size) for t in things)
 
 
-def _same(a: ThingPose, b: ThingPose, size: float, tolerance: float = AS_DRAWN) -> bool:
+def _same(a: BodyPose, b: BodyPose, size: float, tolerance: float = AS_DRAWN) -> bool:
     apart = max(abs(a.x - b.x) / size, abs(a.y - b.y) / size, abs(a.c - b.c), abs(a.s - b.s))
     return apart <= tolerance

@@ -64,6 +64,11 @@ def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
                 f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
             )
             told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
+            if least == 0.0:
+                point = f"`.on({one.name}.{one.anchors[0].name}, {other.name}) = 0`"
+                return told.advised(
+                    f"no roller goes into a sharp corner: round it with {roller.radius:g} or more, or let a point go: {point}"
+                )
             return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
     return None
 
@@ -75,9 +80,12 @@ def _second(item: Constraint, when: str) -> Diagnostic:
 
 
 def hollow(curve: Contour) -> float:
-    """The least radius of the places where an outline is hollow; infinite if there are none."""
-    places = np.linspace(curve.first, curve.last, 4001)
+    """The least radius of the places where an outline is hollow, 0 at a corner; infinite if there are none."""
+    breaks = np.array(curve.breaks)
+    places = np.concatenate([np.linspace(curve.first, curve.last, 4001), (breaks[1:] + breaks[:-1]) / 2.0])
     _, _, tx, ty, dx, dy, rx, ry = curve.values(places)
+    if (curve.side * (tx * ry - ty * rx)[(dx == 0.0) & (dy == 0.0)] > 0.0).any():
+        return 0.0
     with np.errstate(all="ignore"):
         bend = curve.side * (tx * ry - ty * rx) / (tx * tx + ty * ty) / np.hypot(dx, dy)
     bend = bend[np.isfinite(bend)]

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import Block
@@ -66,7 +67,7 @@ def given_up(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | No
         message=message,
         span=span_of_blocks(segment_motion, (block.number,)),
         notes=(note,),
-        helps=(help_, "`--on-failure hold` keeps the last good pose"),
+        helps=(help_, Advised("`", Choose.ON_FAILURE.to("hold"), "` keeps the last good pose")),
     )
 
 

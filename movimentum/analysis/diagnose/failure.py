@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
@@ -328,7 +329,13 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
         message=f"{name} has no finite value {when}",
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
-        helps=("`.max(…, 0)` keeps the argument of a root at 0 or above; `--on-failure skip` leaves such frames out",),
+        helps=(
+            Advised(
+                "`.max(…, 0)` keeps the argument of a root at 0 or above; `",
+                Choose.ON_FAILURE.to("skip"),
+                "` leaves such frames out",
+            ),
+        ),
     )
 
 

@@ -13,11 +13,10 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.source import Span
 from movimentum.text import number, time_text
-from movimentum.tolerances import LEAST_JUMP, SAME_INSTANT
+from movimentum.tolerances import LEAST_JUMP
 
 FRAMES = 1.5
 """The distance that things move in this many frames is not a jump."""
@@ -80,10 +79,7 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
     """The pose in which a path begins; None if none does."""
     if beginning.selection.choices is None:
         return None
-    piece = next(
-        (p for p in segment_motion.pieces if isinstance(p, Piece) and abs(p.begin - beginning.time) < SAME_INSTANT),
-        None,
-    )
+    piece = segment_motion.piece_from(beginning.time)
     if piece is None:
         return None
     from movimentum.solver.assembly import snapshot
@@ -129,8 +125,7 @@ def _one_point(scene: Scene, thing: int) -> bool:
 
 def _turn(before: Snapshot, after: Snapshot, thing: int) -> float:
     """How far a thing turns between two moments, in radians from 0 to pi."""
-    a, b = before.things[thing], after.things[thing]
-    return abs(float(np.arctan2(a.c * b.s - a.s * b.c, a.c * b.c + a.s * b.s)))
+    return abs(after.things[thing].turned_from(before.things[thing]))
 
 
 def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset[int]) -> tuple[float, int | None]:
@@ -139,13 +134,7 @@ def _farthest(scene: Scene, before: Snapshot, after: Snapshot, things: frozenset
     for t in sorted(things):
         a, b = before.things[t], after.things[t]
         for anchor in scene.things[t].anchors:
-            x, y = anchor.local
-            way = float(
-                np.hypot(
-                    (b.x + b.c * x - b.s * y) - (a.x + a.c * x - a.s * y),
-                    (b.y + b.s * x + b.c * y) - (a.y + a.s * x + a.c * y),
-                )
-            )
+            way = b.far_from(a, *anchor.local)
             if way > best:
                 best, owner = way, t
     return best, owner

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.remedies import other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block
@@ -91,7 +92,15 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
             *_long_enough(segment_motion, trouble, block, carry, conflict),
             *other_pins(plan.system.scene, chosen, segment_motion.segment.active),
         ),
-        helps=("`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",),
+        helps=(
+            Advised(
+                "`",
+                Choose.ON_FAILURE.to("hold"),
+                "` keeps the last good pose, `",
+                Choose.ON_FAILURE.to("skip"),
+                "` leaves the frames out",
+            ),
+        ),
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.reach import time_in_step, until_when
 from movimentum.arrays import first_of
@@ -55,7 +56,7 @@ def runaway(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure)
             if trouble.selection is not None
             else "a drive that stops or turns back before "
             f"t = {number(float(segment_motion.segment.start) + pole)} avoids it",
-            "`--on-failure skip` draws what comes before and after",
+            Advised("`", Choose.ON_FAILURE.to("skip"), "` draws what comes before and after"),
         ),
     )
 

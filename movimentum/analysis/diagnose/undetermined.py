@@ -10,9 +10,8 @@ from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.planning.blocks.kinds import Pushing
-from movimentum.scene.findings import clock_meant
 from movimentum.scene.model import Relation, Scene, VariableComponent
-from movimentum.scene.text_edits import added, renamed
+from movimentum.scene.text_edits import added, name_meant, renamed
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
@@ -29,7 +28,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
         for motion in rank.motions:
             if motion.drawn:
                 continue
-            meant = meant_clocks(segment_motion.plan.system.scene, motion)
+            meant = meant_names(segment_motion.plan.system.scene, motion)
             statement = None if meant else first_that_works(trials, index, motion.holds, freedom)
             yield Diagnostic(
                 code="constraint/free-motion",
@@ -49,21 +48,22 @@ def _given(segment_motion: SegmentMotion, motion: FreeMotion, statement: str | N
     return Fix(title, (added(segment_motion.plan.system.scene, segment_motion.segment.step, statement),))
 
 
-def meant_clocks(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
-    """Help for variables that are named like the language's own clocks and constants, if nothing determines them."""
-    names = [(name, clock) for name in motion.variables if (clock := clock_meant(name)) is not None]
+def meant_names(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
+    """Help for variables whose names are probably another name, if nothing determines them."""
     return tuple(
         Fix(
-            f"`{name}` is an ordinary variable, and nothing determines it: did you mean `.{clock}`?",
-            renamed(scene, name, f".{clock}"),
+            f"`{name}` is an ordinary variable, and nothing determines it: did you mean `{other}`?",
+            renamed(scene, name, other),
         )
-        for name, clock in names
+        for name in motion.variables
+        if (other := name_meant(scene, name)) is not None
     )
 
 
-def unstated_clocks(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """A warning for each variable that is named like a clock and that nothing determines, unless a diagnostic in
-    ``found`` already asks about it. It is probably the cause of them.
+def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """A warning for each variable that nothing determines and whose name is like a clock's, or nearly that of a
+    constant or of another variable, unless a diagnostic in ``found`` already asks about it. It is probably the cause of
+    them.
 
     Where there is no solution, a variable counts that no statement is about (but for `s`, which is a usual name).
     """
@@ -73,17 +73,17 @@ def unstated_clocks(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
-        clock = clock_meant(name)
-        if clock is None or name in stated or f"`{name}` is an ordinary variable" in asked:
+        if name in stated or not (name in loose or (unsolved and name != "s")):
             continue
-        if name not in loose and not (unsolved and name != "s"):
+        other = name_meant(scene, name)
+        if other is None or f"`{name}` is an ordinary variable" in asked:
             continue
         yield Diagnostic(
-            code="name/clock",
+            code="name/clock" if other.startswith(".") else "name/near",
             severity=Severity.WARNING,
             message=f"`{name}` is an ordinary variable, and no statement says what it is",
             span=variable.span,
-        ).advised(Fix(f"did you mean `.{clock}`?", renamed(scene, name, f".{clock}")))
+        ).advised(Fix(f"did you mean `{other}`?", renamed(scene, name, other)))
 
 
 def _loose(motion: PathMotion) -> set[str]:

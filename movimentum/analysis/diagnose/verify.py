@@ -6,8 +6,6 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.judge import Judge
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -51,14 +49,9 @@ def _of_segment(
     motion: PathMotion, judge: Judge, segment_motion: SegmentMotion, low: int, high: int
 ) -> Shortfall | None:
     instants = motion.instants(segment_motion, low, high)
-    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-    of_piece = np.searchsorted(begins, instants.tau, side="right")
-    for number in distinct(of_piece):
-        piece = segment_motion.pieces[int(number)]
+    for piece, places, part in segment_motion.by_piece(instants):
         if isinstance(piece, Unsolved):
             continue
-        places = np.nonzero(of_piece == number)[0]
-        part = Instants(instants.tau[places], tuple(clock[places] for clock in instants.clocks))
         with np.errstate(all="ignore"):
             state, bad = evaluated(piece, part)
             worst = np.where(bad, np.inf, judge.worst(state, part))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
@@ -156,23 +156,30 @@ def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatAr
     size = float(np.max(np.abs(seen), initial=0.0))
     if size > 0.0:
         seen = seen / size
+    columns = seen.shape[1]
     whole = np.concatenate([seen, rows], axis=1)
-    done = 0
-    for column in range(seen.shape[1]):
-        if done == len(whole):
-            break
-        pivot = done + int(np.argmax(np.abs(whole[done:, column])))
-        if abs(whole[pivot, column]) < ZERO_PIVOT * np.max(np.abs(whole[done:, : seen.shape[1]])):
-            continue
-        whole[[done, pivot]] = whole[[pivot, done]]
-        whole[done] /= whole[done, column]
-        for other in range(len(whole)):
-            if other != done:
-                whole[other] -= whole[other, column] * whole[done]
-        done += 1
-    result = whole[:, seen.shape[1] :]
+    reduce_rows(whole, columns, lambda left: ZERO_PIVOT * float(np.max(np.abs(left[:, :columns]))))
+    result = whole[:, columns:]
     largest = np.max(np.abs(result), axis=1, keepdims=True)
     return np.where(np.abs(result) < ZERO_ENTRY * largest, 0.0, result)
+
+
+def reduce_rows(rows: FloatArray, columns: int, least: Callable[[FloatArray], float]) -> None:
+    """Bring the first ``columns`` of ``rows`` into reduced echelon form. ``least``: of the rows that are left, what a
+    pivot has at least.
+    """
+    done = 0
+    for column in range(columns):
+        if done == len(rows):
+            break
+        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
+        if abs(rows[pivot, column]) < least(rows[done:]):
+            continue
+        rows[[done, pivot]] = rows[[pivot, done]]
+        rows[done] /= rows[done, column]
+        others = np.arange(len(rows)) != done
+        rows[others] -= rows[others, column][:, None] * rows[done]
+        done += 1
 
 
 def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatArray:

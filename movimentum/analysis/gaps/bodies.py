@@ -10,9 +10,10 @@ import numpy as np
 from movimentum.analysis.diagnose.meshing import meshings
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import symbols
+from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.cores import Core, core_of
-from movimentum.outlines.facets import Facets, hull
+from movimentum.outlines.facets import Facets
 from movimentum.outlines.fine import Fine
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle, VariableComponent
 from movimentum.scene.outlines import Circle, rings_of
@@ -50,7 +51,8 @@ class GapBody:
             self.hole = None if len(self.rings) == 1 else float(own.inner)  # type: ignore[attr-defined]
         elif isinstance(own, Composite):
             points = np.concatenate([piece[0].facets.points for piece in own.pieces])
-            self.core = core_of(first, Facets.of(hull(points)), simple=len(self.rings) == 1 and first.facets.convex)
+            simple = len(self.rings) == 1 and first.facets.convex
+            self.core = core_of(first, Facets.of(np.array(hull(points))), simple=simple)
         else:
             self.core = core_of(first, first.facets)
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -104,7 +104,7 @@ class _Samples:
     def at(self, tau: FloatArray) -> FloatArray:
         """(F,) the values at offsets, of an angle between -180 and 180."""
         values = self.curve.values(self.times(tau))
-        return values - 360.0 * np.rint(values / 360.0) if self.curve.turns else values
+        return within_half(values) if self.curve.turns else values
 
     def rates(self, tau: FloatArray) -> FloatArray:
         return self.curve.rates(self.times(tau))

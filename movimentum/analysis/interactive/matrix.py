@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from movimentum.analysis.freedom.motions import reduce_rows
 from movimentum.analysis.freedom.rank import at_one, rank_at
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.build import dense_block
@@ -165,18 +166,7 @@ def sparse_basis(null: FloatArray) -> FloatArray:
     the space.
     """
     rows = null.T.copy()
-    done = 0
-    for column in range(rows.shape[1]):
-        if done == len(rows):
-            break
-        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) < ZERO_PIVOT:
-            continue
-        rows[[done, pivot]] = rows[[pivot, done]]
-        rows[done] /= rows[done, column]
-        others = np.arange(len(rows)) != done
-        rows[others] -= rows[others, column][:, None] * rows[done]
-        done += 1
+    reduce_rows(rows, rows.shape[1], lambda _: ZERO_PIVOT)
     largest = np.max(np.abs(rows), axis=1, keepdims=True, initial=LEAST_DIVISOR)
     rows = rows / largest
     return np.where(np.abs(rows) < ZERO_ENTRY, 0.0, rows).T

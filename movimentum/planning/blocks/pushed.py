@@ -14,7 +14,6 @@ from movimentum.expressions import ZERO, Expr, add, const, mul, sub, substitute,
 from movimentum.outlines.contour import Contour, put_in, slope
 from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of, united
 from movimentum.planning.blocks.kinds import Block, Free, Pushing
-from movimentum.planning.blocks.masses import as_points
 from movimentum.planning.blocks.push_rows import GapRow, PullRows, PushRows, SkinBody
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of
@@ -347,3 +346,17 @@ def moments_of(thing: Thing, size: float) -> tuple[float, float, float, float, f
         return w * h, w / 2.0, h / 2.0, w * h * w * w / 12.0, 0.0, w * h * h * h / 12.0
     places = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
     return line_moments(np.array(places), 0.0 if len(set(places)) > 1 else SMALL * size)
+
+
+# --- points that move as a whole area does
+
+
+def as_points(moments: tuple[float, float, float, float, float, float]) -> list[tuple[float, float, float]]:
+    """Four points (x, y, weight) with the same area, centre and second moments (see `outlines.skin.Skin`)."""
+    area, x, y, xx, xy, yy = moments
+    squares, axes = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]) / area)
+    found: list[tuple[float, float, float]] = []
+    for square, (ux, uy) in zip(squares, axes.T, strict=True):
+        away = float(np.sqrt(2.0 * max(float(square), 0.0)))
+        found += [(x + sign * away * float(ux), y + sign * away * float(uy), area / 4.0) for sign in (-1.0, 1.0)]
+    return found

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from fractions import Fraction
 
+from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.records import dataclass, field
 from movimentum.text import listed, number, time_text
@@ -20,7 +21,7 @@ def draft_note(error: float) -> Diagnostic:
         "solve/draft",
         Severity.NOTE,
         f"draft: frames are interpolated; the error is at most about {number(error)} pixels",
-        helps=("--accuracy standard",),
+        helps=(Choose.ACCURACY.to("standard"),),
     )
 
 

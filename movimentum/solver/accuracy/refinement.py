@@ -119,9 +119,8 @@ class RefinedMotion:
                 scalars[name, axis] = floats(values if axis is None else values[:, axis])
         for number, segment_motion in enumerate(self.base.segments):
             inside = np.array([self.timeline.segment_at(time) == number for time in times])
-            begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
             tau = np.array([float(time - segment_motion.segment.start) for time in times])
-            of_piece = np.searchsorted(begins, tau, side="right")
+            of_piece = segment_motion.piece_numbers(tau)
             for index, piece in enumerate(segment_motion.pieces):
                 places = np.nonzero(inside & (of_piece == index) & poses.solved)[0]
                 if isinstance(piece, Unsolved) or len(places) == 0:

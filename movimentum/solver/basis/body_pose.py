@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PosePart, PoseSin, PoseX, PoseY
@@ -31,6 +33,15 @@ class BodyPose:
         """The world place of a local point."""
         return self.x + (self.c * x - self.s * y), self.y + (self.s * x + self.c * y)
 
+    def turned_from(self, before: BodyPose) -> float:
+        """How far it has turned, in radians within half a turn."""
+        return float(np.arctan2(before.c * self.s - before.s * self.c, before.c * self.c + before.s * self.s))
+
+    def far_from(self, before: BodyPose, x: float, y: float) -> float:
+        """How far the local point (x, y) is from where it was."""
+        (u, v), (p, q) = self.world(x, y), before.world(x, y)
+        return float(np.hypot(u - p, v - q))
+
     def each(self, part: Callable[[Any], Any]) -> BodyPose:
         """``part`` of each number: some of its instants, say, or of its variants."""
         return BodyPose(part(self.x), part(self.y), part(self.c), part(self.s), part(self.angle))
@@ -51,7 +62,7 @@ def solved_pose(
 ) -> BodyPose:
     """The pose of the thing that ``body`` names, given the ``value`` of each unknown, by its number.
 
-    ``before`` is its pose (`BodyPose` or `ThingPose`) if nothing moves it: what has no unknown, or no value, stays as
+    ``before`` is its pose if nothing moves it: what has no unknown, or no value, stays as
     there. ``direction`` gives the sine and the cosine of an angle; ``shift`` is the system's, in other numbers.
     """
     x, y, c, s, angle = (None if n is None else value(n) for n in (body.x, body.y, body.c, body.s, body.angle))

@@ -9,6 +9,7 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from fractions import Fraction
 
+from movimentum.arrays import wound
 from movimentum.expressions import Expr, call, evaluate_op, walk
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
@@ -16,23 +17,7 @@ from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import Bearing, ContactPlace, Kept
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty
-from movimentum.solver.basis.body_pose import numbers_of, pose_part
-
-
-@dataclass(frozen=True, slots=True)
-class ThingPose:
-    """World position (x, y) of a thing's local origin, its direction (c, s), and its turn in degrees."""
-
-    x: float = 0.0
-    y: float = 0.0
-    c: float = 1.0
-    s: float = 0.0
-    angle: float = 0.0
-
-
-def turned_near(angle: float, near: float) -> float:
-    """An angle with the whole turns that bring it nearest to another."""
-    return angle + 360.0 * round((near - angle) / 360.0)
+from movimentum.solver.basis.body_pose import BodyPose, numbers_of, pose_part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +28,7 @@ class Snapshot:
     unknowns as they were solved, in ``frames``: a plan with the same frames reads them to the last bit.
     """
 
-    things: tuple[ThingPose, ...]
+    things: tuple[BodyPose, ...]
     others: dict[Hashable, float] = field(default_factory=dict[Hashable, float])
     known: frozenset[int] = frozenset()
     solved: dict[PosePart, float] = field(default_factory=dict[PosePart, float])
@@ -88,7 +73,7 @@ class Snapshot:
                 case Kept():
                     return more[node.payload]
                 case Bearing(drawn=drawn, sine=sine, cosine=cosine) if node.payload not in self.others:
-                    return turned_near(value(call("atan2d", sine, cosine)), drawn)
+                    return float(wound(value(call("atan2d", sine, cosine)), drawn))
                 case known:
                     return self.others.get(known, 0.0)
 
@@ -131,4 +116,4 @@ class Carry:
 
 def as_drawn(scene: Scene) -> Carry:
     """Before the first frame: everything as drawn, nothing known."""
-    return Carry(Snapshot(tuple(ThingPose() for _ in scene.things)))
+    return Carry(Snapshot(tuple(BodyPose() for _ in scene.things)))

@@ -15,6 +15,7 @@ from movimentum.records import replace
 from movimentum.solver.block.local import Local, Probe
 from movimentum.solver.continuation.branching import SingularPose, displacement
 from movimentum.solver.continuation.folds import path_end
+from movimentum.solver.continuation.kinks import past_kink
 from movimentum.solver.continuation.steps import Standing, attempt, initial_bend
 from movimentum.solver.continuation.strides import WINDOW, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
@@ -143,6 +144,9 @@ class _Walk:
             if landing is not None:
                 break
             if length <= SHORTEST_PATH_STEP * self.total:
+                landing = past_kink(self.local, self.here, self.total, self.scale, self.side)
+                if landing is not None:
+                    break
                 landing = _across(self.local, self.total, self.times, self.values, self.rates, self.scale)
                 if landing is None:
                     return False

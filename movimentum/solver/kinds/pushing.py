@@ -12,19 +12,25 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
-from movimentum.solver.pushing.contacts import Contacts, contacts_of
+from movimentum.solver.pushing.contacts import RATE, Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.holding import held_at
+from movimentum.solver.pushing.law import Instant, moved
 from movimentum.solver.pushing.phases import followed
-from movimentum.solver.pushing.start import pushed_apart
 from movimentum.solver.pushing.tracks import Phase, PushTrack
-from movimentum.tolerances import LEAST_DIVISOR, NEWTON_SOLVED, PUSH_RANK, PUSH_ROUNDING
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    NEWTON_SOLVED,
+    PUSH_CLOSED,
+    PUSH_OVERLAP,
+    PUSH_SETTLED,
+)
 
 NEWTON = NewtonKernel()
 
@@ -94,33 +100,54 @@ def _on_contacts(
     """The core values (F, n) nearest to ``x`` that satisfy the equations and are held by the contacts of a phase; and
     whether they do. What is not ``moving`` stays.
     """
-    kept = [k for k, value in enumerate(phase.at) if not np.isnan(value)]
-    held, wanted = [phase.held[k] for k in kept], np.array([phase.at[k] for k in kept])
-    if not held:
+    if all(np.isnan(phase.at)):
         found = newton(problem, x, limit=0.1)
         return found.x, found.converged
-    scale, x = problem.scale, x.copy()
     white, _ = contacts.block.metric.among(moving)
-    going, error = np.arange(len(x)), np.full(len(x), np.inf)
-    best = x.copy()
-    for _ in range(12):
-        some = problem.at(going, len(x))
-        lines = contacts.lines(held, some, x[going])
-        residual = np.concatenate([some.residual(x[going]), lines.values - wanted], axis=1)
-        rows = np.concatenate([some.jacobian(x[going]), lines.slopes], axis=1)
-        wide, lengths = scaled(rows @ white, np.ones(int(white.shape[1])))
-        off = np.max(np.abs(residual) / np.maximum(np.max(np.abs(rows) * scale, axis=2), LEAST_DIVISOR), axis=1)
-        off = np.where(np.isfinite(off), off, np.inf)
-        better = off < error[going]
-        best[going[better]] = x[going[better]]
-        go = better & (off > PUSH_ROUNDING) & (off < 0.5 * error[going])
-        error[going] = np.where(better, off, error[going])
-        if not go.any():
-            break
-        own, off_ = wide[go], residual[go] / lengths[go]
-        # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
-        squares = own @ np.swapaxes(own, 1, 2) + PUSH_RANK * np.eye(own.shape[1])
-        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(squares, off_[..., None])
-        going = going[go]
-        x[going] -= step[..., 0] @ white.T
+    best, error = held_at(contacts, problem, x, phase.held, phase.at, white)
     return best, error <= NEWTON_SOLVED
+
+
+# --- the pose that a block begins with: moved as little as possible until it satisfies what pushes
+
+
+STEPS = 60
+LONGEST = 0.25
+"""In units of the unknowns' scale: a step."""
+
+
+def pushed_apart(block: Pushing, problem: BlockProblem, x: FloatArray, size: float) -> FloatArray:
+    """The core values (n,) nearest to ``x``, which satisfy the equations, that satisfy the inequalities too. Where
+    there are none, some that do not. Outlines that overlap more than by rounding stay where they are.
+
+    Steps of sequential quadratic programming (Nocedal & Wright, ch. 18).
+    """
+    contacts = contacts_of(block)
+    origin, metric = x, block.metric
+    closed = PUSH_CLOSED * size
+    for _ in range(STEPS):
+        near, _ = contacts.touching(problem, x[None], PUSH_OVERLAP * size)
+        some = list(dict.fromkeys([*contacts.plain, *(each for each in near if each.gap != RATE)]))
+        if not some:
+            break
+        lines = contacts.lines(some, problem, x[None]).first()
+        residual = problem.residual(x[None])[0]
+        if float(np.min(lines.values)) >= -closed and np.array_equal(x, origin):
+            break
+        now = Instant(
+            metric,
+            problem.jacobian(x[None])[0],
+            -residual,
+            metric.applied(x - origin),
+            (),
+            lines.slopes,
+            -lines.values,
+        )
+        found = moved(now)
+        if found.v is None or not np.isfinite(found.v).all():
+            break
+        step = float(np.max(np.abs(found.v) / problem.scale, initial=0.0))
+        x = x + found.v * min(1.0, LONGEST / max(step, LEAST_DIVISOR))
+        if step <= PUSH_SETTLED:
+            break
+    return x

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, unwound_from, wound
 from movimentum.expressions.arrays import atan2d
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.scene.leaves import Bearing
@@ -23,20 +23,6 @@ def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArr
     """The direction of a winding's thing in (-180, 180]."""
     sine, cosine = block.direction(state, k)
     return atan2d(sine, cosine)
-
-
-def wound(angle: FloatArray, guess: FloatArray) -> FloatArray:
-    """``angle`` plus the full turns that bring it nearest to ``guess``."""
-    return angle + 360.0 * np.rint((guess - angle) / 360.0)
-
-
-def unwound_from(angle: FloatArray, guess: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of directions (…, T): the first, with the turns that bring it nearest to ``guess`` (…, 1), and the steps from
-    each to the next, without whole turns.
-    """
-    steps = np.diff(angle, axis=-1)
-    steps -= 360.0 * np.rint(steps / 360.0)
-    return wound(angle[..., :1], guess), steps
 
 
 class WindingKernel(Kernel[Winding]):

@@ -112,6 +112,21 @@ class Contacts:
             found[:, k] = problem.inputs[n]
         return found
 
+    def places(
+        self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The values of contacts, ``along`` and ``fan`` (see `Lines`), at F instants, for core values (F, n): all
+        (F, k).
+        """
+        chosen = self.chosen(tuple(contacts))
+        values = self.values(problem, x)[:, chosen.push]
+        along, fan = np.full(values.shape, np.inf), np.full(values.shape, np.inf)
+        if len(chosen.places):
+            touch = self.bodies.touch(chosen.pairs, self.bodies.poses(problem.inputs, x))
+            values[:, chosen.places] += touch.value
+            along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
+        return values, along, fan
+
     def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
         """Contacts at F instants, for core values (F, n)."""
         chosen = self.chosen(tuple(contacts))

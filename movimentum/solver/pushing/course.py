@@ -156,6 +156,14 @@ class PushCourse:
         """(n,) which unknowns move at all with these rates (n,): those that equations tie together do so together."""
         return moving(self.block, np.stack(rates))
 
+    def frame(self, moving: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """See `Metric.among`; where nothing moves, everything may."""
+        key = moving.tobytes()
+        found = self._frames.get(key)
+        if found is None:
+            found = self._frames[key] = self.block.metric.among(moving if moving.any() else np.ones_like(moving))
+        return found
+
     def restored(
         self,
         tau: float,
@@ -179,10 +187,7 @@ class PushCourse:
     def _restored(
         self, problem: BlockProblem, x: FloatArray, some: Sequence[PartPair], wanted: FloatArray, moving: BoolArray
     ) -> tuple[FloatArray, bool, Leeway]:
-        frame = self._frames.get(moving.tobytes())
-        if frame is None:
-            frame = self._frames[moving.tobytes()] = self.block.metric.among(moving)
-        white, back = frame
+        white, back = self.frame(moving)
         best, found, free = np.inf, x, np.eye(white.shape[1])
         inverse: FloatArray | None = None
         first = np.inf  # the error where the slopes are from

@@ -9,6 +9,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.linearization import Tangent
+from movimentum.solver.pushing.closing import closes
 from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
 from movimentum.solver.pushing.course import Leeway, PushCourse
 from movimentum.solver.pushing.law import Instant, held, moved, openings
@@ -112,17 +113,17 @@ class Going:
     ) -> tuple[float, FloatArray, FloatArray] | None:
         """See `Watch`."""
         step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end, self._lines(*end[:2]))
-        closes, leaves = step.closes(), step.leaves()
-        if closes is not None and leaves is not None and leaves > closes[0] and step.replaces(closes[1], leaves):
-            closes = None
-        first, leaving = end[0] if closes is None else closes[0], False
+        closing, leaves = closes(step), step.leaves()
+        if closing is not None and leaves is not None and leaves > closing[0] and step.replaces(closing[1], leaves):
+            closing = None
+        first, leaving = end[0] if closing is None else closing[0], False
         if leaves is not None and leaves <= first:
             first, leaving = leaves, True
         last = end[1] if first == end[0] else step.at(first)
         opened = self._opens(first, last)
         if opened is not None:
             first, last, opened = self._first_opening(step, first, opened)
-        if opened is None and closes is None and leaves is None:
+        if opened is None and closing is None and leaves is None:
             self._forget(*end[:2])
             return None
         jammed = () if opened is None else opened[1]

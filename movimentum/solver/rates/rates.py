@@ -97,14 +97,9 @@ def _in_segment(
     segment_motion: SegmentMotion, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
 ) -> FloatArray:
     result = np.full((len(expressions), len(instants)), np.nan)
-    begins = np.array([piece.begin for piece in segment_motion.pieces[1:]])
-    of_piece = np.searchsorted(begins, instants.tau, side="right")
-    for number in np.unique(of_piece):
-        piece = segment_motion.pieces[int(number)]
+    for piece, chosen, part in segment_motion.by_piece(instants):
         if isinstance(piece, Unsolved):
             continue
-        chosen = np.nonzero(of_piece == number)[0]
-        part = Instants(instants.tau[chosen], tuple(clock[chosen] for clock in instants.clocks))
         course = _Course(piece, segment_motion.base.now, tuple(expressions), order, ahead)
         with np.errstate(all="ignore"):
             result[:, chosen] = course.rates(part)

@@ -26,13 +26,14 @@ class Candidate:
 
     ``values``: unknown number -> its value at the beginning. ``choices``: block number -> `Choice`. ``cost`` orders
     candidates: (breaks of continuity, distance from wishes, distance from the pose carried over, turn from as drawn,
-    displacement).
+    displacement). ``misplaced``: how many contacts touch where their outlines are not nearest to each other.
     """
 
     choices: dict[int, Choice]
     values: dict[int, float]
     later: dict[int, float]
     cost: tuple[float, float, float, float, float]
+    misplaced: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +89,14 @@ def same_pose(plan: Plan, one: Candidate, other: Candidate) -> bool:
     )
 
 
+def touching_first(leaves: Iterable[Candidate]) -> list[Candidate]:
+    """The candidates in order. Of those that go on as well from before, those whose contacts are at the nearest places
+    are solutions, and others overlap.
+    """
+    ordered = sorted(leaves, key=lambda leaf: (leaf.cost[0], leaf.misplaced, leaf.cost[1:]))
+    return [leaf for leaf in ordered if leaf.misplaced <= ordered[0].misplaced]
+
+
 def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
     """``leaves``, which are sorted; of those that begin with the pose of the first and turn as far from it (the two
     paths that leave a fold), the same one is first in every order of the statements.
@@ -125,7 +134,7 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
     unknowns = plan.system.unknowns
     seen: list[Candidate] = []
     keys: set[tuple[float, ...]] = set()
-    for leaf in sorted(leaves, key=lambda item: item.cost):
+    for leaf in touching_first(leaves):
         shown: list[float] = []
         for n in sorted(leaf.values):
             payload = unknowns[n].payload

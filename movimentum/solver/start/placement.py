@@ -22,7 +22,8 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
-from movimentum.solver.basis.pose_state import Carry, ThingPose
+from movimentum.solver.basis.body_pose import BodyPose
+from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.start.part_fit import AboutThings, Lie, PartFit, pose_numbers
 from movimentum.tolerances import (
@@ -210,11 +211,11 @@ def connected_parts(plan: Plan) -> list[list[int]]:
     return [[n for n in part if n < count] for part in groups(count + len(system.unknowns), links)]
 
 
-def _moved(pose: ThingPose, lie: Lie, shift: tuple[float, float]) -> ThingPose:
+def _moved(pose: BodyPose, lie: Lie, shift: tuple[float, float]) -> BodyPose:
     """A pose after a rigid motion, which is about the point ``shift``."""
     c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
     x, y = pose.x - shift[0], pose.y - shift[1]
-    return ThingPose(
+    return BodyPose(
         x=c * x - s * y + lie.x + shift[0],
         y=s * x + c * y + lie.y + shift[1],
         c=c * pose.c - s * pose.s,

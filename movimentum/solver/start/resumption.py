@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, first_of
+from movimentum.arrays import FloatArray, first_of, wound
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
 from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
@@ -166,8 +166,7 @@ class Branch:
             evaluate(piece, block, track, state, instants)
             value = first_of(state[block.unknowns[0]])
             if self.before is not None and isinstance(block, Winding):
-                turned = first_of(self.before[block.unknowns[0]]) - value
-                value += 360.0 * float(np.rint(turned / 360.0))
+                value = float(wound(value, first_of(self.before[block.unknowns[0]])))
             special = block.continued
             choice = Choice(values=(value,)) if special else Choice()
         if not block.iterative and not all(np.isfinite(state[n]).all() for n in block.unknowns):

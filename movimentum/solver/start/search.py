@@ -34,6 +34,7 @@ from movimentum.solver.start.candidates import (
     same_pose,
 )
 from movimentum.solver.start.judgements import Judgements
+from movimentum.solver.start.misplaced import misplaced
 from movimentum.solver.start.options import BlockOptions, BlockSolution
 from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.placement import Parts, placed
@@ -149,6 +150,11 @@ class StartSearch:
         self.parts: Parts | None = None
         self.touched, self.together = independent_parts(plan, branching, self.rank, self.judgements)
 
+    @property
+    def begin(self) -> Fraction:
+        """The first of the two instants."""
+        return self.plan.system.segment.start + Fraction(float(self.instants.tau[0]))
+
     def begin_at(self, instants: Instants) -> None:
         """Search at other instants, from the same pose, next."""
         before = self.blocks
@@ -227,7 +233,6 @@ class StartSearch:
         if closed is not None:
             leaves.append(closed)
         leaves = distinct(self.plan, leaves)
-        leaves.sort(key=lambda leaf: leaf.cost)
         leaves = mirrored_settled(self.plan, leaves)
         complete = complete and self.blocks.enumerated
         decided = decided_by(leaves)
@@ -386,4 +391,5 @@ class StartSearch:
             values={n: float(value[0]) for n, value in both.items()},
             later={n: float(value[-1]) for n, value in both.items()},
             cost=(round(breaks, 6), wished, carried, turned, moved),
+            misplaced=misplaced(self.plan, self.state, self.carry.now, unknowns, self.begin),
         )

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
@@ -24,8 +24,7 @@ from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
-from movimentum.variants.together.binds import FARTHEST_TURN, LAST, bind_times, directed, violation_times
-from movimentum.variants.together.folds import FoldSearch
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, directed, violation_times
 from movimentum.variants.together.pattern import SegmentPattern, filled, instants_of
 
 INTERVALS = 96
@@ -317,7 +316,7 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
     for k, value in enumerate(pattern.stated(state, instants.clocks)):
         amount = np.broadcast_to(value, inside.shape)
         if pattern.stated_turns[k]:
-            amount = amount - 360.0 * np.rint(amount / 360.0)
+            amount = within_half(amount)
         limit = HOLDS_WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
         off |= ((np.abs(amount) > limit) & inside).any(axis=1)
     for value in pattern.checks(state, instants.clocks) if pattern.checks.count else ():
