@@ -272,17 +272,3 @@ def _crossings(
 def gap(a: Facets, b: Facets, q: FloatArray) -> Feature:
     """Where a and b, whose corners are at q (M, 2), are nearest or part the shortest way."""
     return deepest(a, b, q) if overlap(a, b, q) else nearest(a.points, q)
-
-
-def gaps(a: Facets, b: Facets, q: FloatArray, *, deep: bool = True) -> FloatArray:
-    """(F,): the signed distances for corners q (F, M, 2) of b; without ``deep``, overlapping ones may be just -inf."""
-    if a.convex and b.convex:
-        return convex_gaps(a.points, q)
-    value = distances(a.points, q)
-    boxes = np.zeros(len(q), dtype=np.bool_) if a.hollow or b.hollow else (
-        (a.points.max(axis=0) < q.min(axis=1)) | (q.max(axis=1) < a.points.min(axis=0))
-    ).any(axis=1)  # fmt: skip
-    for n in np.nonzero(~boxes)[0].tolist():
-        if overlap(a, b, q[n]):
-            value[n] = deepest(a, b, q[n]).value if deep else -np.inf
-    return value

@@ -10,8 +10,8 @@ from movimentum.syntax.expression_tree import Call
 
 
 def pin_of(resolved: ResolvedStatement, left: Expr, right: Expr) -> Expr | None:
-    """Of ``.on(P, Curve) = 0`` the place, if the curve has corners or cusps; the sides may be exchanged, and the gap of a
-    point is the same.
+    """Of ``.on(P, Curve) = 0`` the place, if the curve has corners or cusps; the sides may be exchanged, and the gap of
+    a point is the same.
     """
     if resolved.relation is not Relation.EQUAL:
         return None

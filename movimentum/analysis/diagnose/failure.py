@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.advice import Advised, Choose
+from movimentum.analysis.diagnose.cords import as_drawn
 from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.outline_ends import end_of_curve
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
@@ -54,6 +56,8 @@ def failure_diagnostic(
         return away, 3
     if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
         return pushed
+    if (ended := end_of_curve(motion, segment_motion, trouble)) is not None:
+        return ended, 3
     block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
     if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
         return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
@@ -330,10 +334,9 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
         helps=(
-            Advised(
-                "`.max(…, 0)` keeps the argument of a root at 0 or above; `",
+            Advised.of(
+                "`.max(…, 0)` keeps the argument of a root at 0 or above; `{}` leaves such frames out",
                 Choose.ON_FAILURE.to("skip"),
-                "` leaves such frames out",
             ),
         ),
     )
@@ -343,17 +346,19 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
     """No candidate, and no contradiction found either: the search found nothing."""
     plan = segment_motion.plan
     block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)
-    span = None
+    span, cords = None, ()
     if block is not None:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
-        spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
-        span = spans[-1] if spans else None
+        chosen = [c for n in dict.fromkeys(numbers) if (c := constraint_of(segment_motion, n)) is not None]
+        span = chosen[-1].span if chosen else None
+        cords = tuple(as_drawn(plan.system.scene, chosen))
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
         message=f"no solution was found at t = {_at(segment_motion, 0.0)}",
         span=span,
         notes=(
+            *cords,
             _MISSED,
             f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),
