@@ -129,9 +129,19 @@ class PhaseStep:
     # --- a contact leaves its parts
 
     def leaves(self) -> float | None:
-        """When the first of what holds comes to the end of its parts."""
-        gone = np.nonzero(self._slack(self.last.along, self.last.fan) < 0.0)[0].tolist()
-        return min((self._slack_root(self.held[k]) for k in gone if self.held[k].gap >= 0), default=None)
+        """When the first of what holds comes to the end of its parts, be it only for a part of the step: the motion may
+        turn back within it.
+        """
+        some = [k for k, contact in enumerate(self.held) if contact.gap >= 0]
+        if not some:
+            return None
+        least = self._slack(self.last.along, self.last.fan)[some]
+        slack = self._slack(*self.places([self.held[k] for k in some], self._looks())[1:])
+        gone = np.nonzero((least < 0.0) | (slack[1:-1] < -self.course.closed).any(axis=0))[0].tolist()
+        return min((self._slack_root(self.held[some[k]]) for k in gone), default=None)
+
+    def _looks(self) -> FloatArray:
+        return self.t0 + self.h * np.linspace(0.0, 1.0, 13)
 
     def _slack(self, along: FloatArray, fan: FloatArray) -> FloatArray:
         """How far contacts are inside their parts."""
@@ -139,7 +149,7 @@ class PhaseStep:
         return np.minimum(along + self.course.closed, size * (fan + OUTLINE_FAN))
 
     def _slack_root(self, contact: PartPair) -> float:
-        times = self.t0 + self.h * np.linspace(0.0, 1.0, 13)
+        times = self._looks()
         slack = self._slack(*self.places([contact], times)[1:])[:, 0]
         slack[0], slack[-1] = self._slack_at(contact, self.t0), self._slack_at(contact, self.t1)
         if slack[0] <= 0.0:
@@ -158,7 +168,8 @@ class PhaseStep:
         first, last = truly(tau - width), truly(tau)
         if first >= 0.0 > last:
             return tau
-        ends = (self.t0, float(slack[0])), (self.t1, float(slack[-1]))
+        out = len(times) - 1 if slack[-1] < 0.0 else k
+        ends = (self.t0, float(slack[0])), (float(times[out]), self._slack_at(contact, float(times[out])))
         low, high = ((tau, last), ends[1]) if last >= 0.0 else (ends[0], (tau - width, first))
         return crossing(truly, low, high, width)[2]
 
