@@ -139,6 +139,9 @@ def formula_printer(language: FormulaLanguage) -> Printer:
                 return language.arctangent.format(y=args[0], x=args[1])
             return f"{language.functions.get(name, name)}({', '.join(args)})"
 
+        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
+            return "(1/0)"  # a case that has no value, as beyond the end of a curve
+
         def _print_Abs(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
             return self._called("Abs", expr)
 
@@ -182,6 +185,9 @@ def desmos_printer(names: Callable[[str], str]) -> Printer:
         def _print_Float(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
             digits, _, exponent = repr(float(expr)).partition("e")
             return rf"\left({digits} \cdot 10^{{{int(exponent)}}}\right)" if exponent else digits
+
+        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
+            return r"\left(\frac{1}{0}\right)"
 
         def _named(self, name: str, expr: Any, exp: str | None) -> str:
             inside = ",".join(str(self._print(arg)) for arg in expr.args)

@@ -10,6 +10,7 @@ from movimentum.expressions.expr import (
     PI,
     ZERO,
     Expr,
+    KeptNumber,
     Occurring,
     StatedNumber,
     add,
@@ -34,8 +35,8 @@ from movimentum.expressions.rational import rational_value, root_of
 from movimentum.expressions.walk import named_origins, rebuild, substitute, symbols, walk
 
 __all__ = [
-    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "Occurring", "Operation", "StatedNumber",
-    "add", "as_stated", "call", "clock", "const", "derivative",
+    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "KeptNumber", "Occurring", "Operation",
+    "StatedNumber", "add", "as_stated", "call", "clock", "const", "derivative",
     "div", "evaluate_op", "folded", "integral", "mul", "named_origins",
     "neg", "power", "progress", "ratio", "rational_value", "rebuild", "root_of", "same", "sub", "substitute",
     "symbol", "symbols", "walk",

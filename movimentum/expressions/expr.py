@@ -207,6 +207,12 @@ class StatedNumber(float):
         return made
 
 
+class KeptNumber(float):
+    """The float of a value that a motion had at another time: no proof knows it exactly."""
+
+    __slots__ = ()
+
+
 def as_stated(value: float) -> Expr:
     """A number as a constant that knows how it was computed."""
     return value.stated if isinstance(value, StatedNumber) else const(value)

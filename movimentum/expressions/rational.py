@@ -39,7 +39,8 @@ def _value(node: Any, args: list[Fraction | None]) -> Fraction | None:
     if node.op == "rational":
         return node.payload if isinstance(node.payload, Fraction) else None
     if node.value is not None:
-        return Fraction(repr(node.value)) if math.isfinite(node.value) else None
+        # what a motion is known to be in floats (`KeptNumber`) is no number of the script
+        return Fraction(repr(node.value)) if type(node.value) is float and math.isfinite(node.value) else None
     values = [arg for arg in args if arg is not None]
     if len(values) < len(args) or node.op not in _EXACT:
         return None

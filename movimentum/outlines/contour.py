@@ -32,8 +32,7 @@ PLACE = symbol("place")
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
-MANY_PIECES = 8
-"""Each is computed by itself if there are so many or more."""
+MANY_PIECES = 2  # each is computed by itself if there are so many or more
 
 
 def put_in(root: Expr, place: Expr) -> Expr:
@@ -396,5 +395,6 @@ def _flattened(outline: Contour, breaks: Sequence[float], off: float) -> FloatAr
 def _off_chord(a: FloatArray, p: FloatArray, b: FloatArray) -> FloatArray:
     chord = b - a
     size = np.hypot(*chord.T)
-    across = np.abs(chord[:, 0] * (p - a)[:, 1] - chord[:, 1] * (p - a)[:, 0]) / np.where(size > 0.0, size, 1.0)
+    with np.errstate(all="ignore"):  # a curve that goes so far is refused
+        across = np.abs(chord[:, 0] * (p - a)[:, 1] - chord[:, 1] * (p - a)[:, 0]) / np.where(size > 0.0, size, 1.0)
     return np.where(size > 0.0, across, np.hypot(*(p - a).T))

@@ -30,6 +30,8 @@ from movimentum.tolerances import (
 
 SEARCHED = 4096
 """Where kinks are looked for: between so many places."""
+MOST_PIECES = 2000
+"""Of a curve by expressions: more are not told apart by the places between which they are looked for."""
 TURN = 1.0
 """Of the parameter: what a corner or a straight piece between two ends takes."""
 
@@ -42,8 +44,16 @@ class Undefined(Exception):
         self.place = place
 
 
+class TooManyPieces(Exception):
+    """An expression has ``count`` jumps and corners or more."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__(count)
+        self.count = count
+
+
 def traced(x: Expr, y: Expr, first: float, last: float, *, closed: bool) -> Contour:
-    """The curve of two expressions of `PLACE`; `Undefined` where one has no value."""
+    """The curve of two expressions of `PLACE`. Errors: `Undefined` where one has no value, `TooManyPieces`."""
     kinks = _kinks((x, y), first, last)
     bounds = [first, *kinks, last]
     middles = [(a + b) / 2.0 for a, b in pairwise(bounds)]
@@ -233,7 +243,10 @@ def _kinks(roots: Sequence[Expr], first: float, last: float) -> list[float]:
     places = np.linspace(first, last, SEARCHED + 1)
     seen = state(places)
     inner: list[float] = []
-    for k in np.nonzero((seen[:, 1:] != seen[:, :-1]).any(axis=0))[0].tolist():
+    changes = np.nonzero((seen[:, 1:] != seen[:, :-1]).any(axis=0))[0].tolist()
+    if len(changes) > MOST_PIECES:
+        raise TooManyPieces(len(changes))
+    for k in changes:
         inner += _between(state, float(places[k]), float(places[k + 1]))
     least = SHORTEST_PIECE * (last - first)
     found: list[float] = []

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
-from movimentum.expressions import Expr, rational_value, symbols, walk
+from movimentum.expressions import Expr, KeptNumber, rational_value, symbols, walk
 from movimentum.proving.angles import CLOCK, DEGREE, HIGHEST, Form, sum_of
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
@@ -131,6 +131,8 @@ class Lowering:
     def _constant(self, node: Expr) -> Quotient:
         value = node.value
         assert value is not None
+        if isinstance(node.payload, KeptNumber):
+            return self.tower.free(("kept", value))
         if node.origin is None:
             if not math.isfinite(value):
                 raise NotAlgebraic("a constant is infinite")

@@ -74,6 +74,8 @@ class Drives:
             exact = self._evaluated(source.node)
         elif isinstance(source, tuple) and source[0] == "chosen":  # pyright: ignore[reportUnknownMemberType]
             exact = number(self.film[source[1]])  # pyright: ignore
+        elif isinstance(source, tuple) and source[0] == "kept":  # pyright: ignore[reportUnknownMemberType]
+            raise NotAlgebraic("a value kept from another time is known in 16 digits, not exactly")
         else:
             if not isinstance(source, int) or (turn := self.state[source]) is None:
                 raise NotAlgebraic("an angle that the mechanism finds is used as a number")

@@ -220,7 +220,11 @@ def _of_curve(function: str, thing: Thing, points: Sequence[Value | None]) -> Va
     if function == "length":
         return (const(curve.contour.length),)
     assert points[1] is not None
-    place = put_in(curve.contour.place_along, points[1][0])
+    share, contour = points[1][0], curve.contour
+    if contour.closed:
+        place = put_in(contour.place_along, share)
+    else:  # beyond its ends there is nothing
+        place = contour.at_length(mul(const(contour.length), share))
     if function == "curvature":
         return (curvature_of(curve.contour, place),)
     c, s = curve.turn

@@ -15,7 +15,7 @@ from movimentum.expressions import Expr, add, call, const, mul, substitute
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, smooth
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.pieces import Undefined, assembled, traced
+from movimentum.outlines.pieces import MOST_PIECES, TooManyPieces, Undefined, assembled, traced
 from movimentum.records import replace
 from movimentum.scene.expansion.constants import varies
 from movimentum.scene.findings import Findings
@@ -131,6 +131,11 @@ class CurveReader:
             message = f"this has no value at {parameter.name} = {problem.place:g}"
             helps = ("state with `.range(…)` where it has one",)
             self._findings.error("kind/not-finite", message, expression.span, helps=helps)
+            return None
+        except TooManyPieces as problem:
+            message = f"this curve has {problem.count} jumps and corners, or more; at most {MOST_PIECES} are told apart"
+            helps = ("write it as a body of shapes, or read its points with `.points('file.csv')`",)
+            self._findings.error("curve/points", message, expression.span, helps=helps)
             return None
         return self._checked(outline, expression)
 

@@ -16,6 +16,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
 from movimentum.records import dataclass, replace
+from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry
@@ -154,12 +155,15 @@ def _contradiction(
     """Why a plan can have no beginning. ``quick``: something else can still be tried, so not for long, unless an
     equation was turned down and not a block that is singular there.
     """
-    from movimentum.solver.start.contradictions import EFFORT, QUICK, find_contradiction
+    from movimentum.solver.start.contradictions import CORDS, EFFORT, QUICK, find_contradiction
 
     if not turned_down or any(item.rejection.pole for item in turned_down):
         return None
     singular = any(item.rejection.amount == -np.inf for item in turned_down)
-    return find_contradiction(plan, 0.0, carry, turned_down, effort=QUICK if quick and singular else EFFORT)
+    effort = QUICK if quick and singular else EFFORT
+    if any(isinstance(each.payload, Bearing) for each in plan.system.unknowns):
+        effort = min(effort, CORDS)
+    return find_contradiction(plan, 0.0, carry, turned_down, effort=effort)
 
 
 def _planned(

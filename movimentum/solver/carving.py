@@ -19,15 +19,16 @@ from movimentum.outlines.swept import SweptOutline, SweptOutlines
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.planning.structure.rates import RateError
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
 from movimentum.scene.cutting import CutJob, CutProfile
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
 from movimentum.scene.outlines import Circle, outer_rings
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.rates.rates import UndefinedRate, rates_at
-from movimentum.solver.reuse import scene_key, segment_key
+from movimentum.solver.reuse import scene_key, segment_key, thing_key
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.solver.solver import solve
+from movimentum.solver.touched import connected
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import CUT_CURVED, CUT_WOULD_DO
@@ -42,20 +43,14 @@ HALVED = 10
 
 
 def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile]:
-    """The profile of each of ``jobs``; see `scene.cutting`. Profiles of films that differ in nothing that matters for
-    them are found once.
+    """The profile of each of ``jobs``; see `scene.cutting`. It depends on what is connected with the tool and the
+    frame: where nothing of that is stated otherwise, it is found once.
     """
     made = scene()
     timeline = arrange(made)
-    of_scene = scene_key(made)
-    segments = tuple(segment_key(0, each, made.source.text) for each in timeline.segments)
+    text = made.source.text
     numbers = {thing.name: thing for thing in made.things}
-    motion: list[PathMotion] = []
-
-    def solved() -> PathMotion:
-        motion[:] = motion or [solve(timeline)]
-        return motion[0]
-
+    motions: dict[Hashable, PathMotion] = {}
     _PROFILES.begin()
     found: list[CutProfile] = []
     for job in jobs:
@@ -64,10 +59,21 @@ def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile
         if tool is None or frame is None or not outlines or not frame.anchors:
             found.append(CutProfile(fault="its motion depends on the profile"))
             continue
-        key: Hashable = of_scene, segments, outlines, job
+        part, things = timeline, scene_key(made)
+        if (own := connected(made, timeline.segments, (tool.number, frame.number))) is not None:
+            part = replace(timeline, segments=tuple(own[0]))
+            things = tuple(thing_key(thing, text) for thing in own[1])
+        stated = things, tuple(segment_key(0, each, text)[:-1] for each in part.segments)
+
+        def solved(part: Timeline = part, stated: Hashable = stated) -> PathMotion:
+            if stated not in motions:
+                motions[stated] = solve(part)
+            return motions[stated]
+
+        key: Hashable = stated, outlines, job
         profile = _PROFILES.get("profile", key)
         if profile is None:
-            profile = _PROFILES.keep("profile", key, _cut(timeline, solved, outlines, tool, frame, job))
+            profile = _PROFILES.keep("profile", key, _cut(part, solved, outlines, tool, frame, job))
         found.append(profile)
     return found
 

@@ -6,24 +6,14 @@ motion). Where there are several such poses, the path may come to another one: i
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 
 from movimentum.arrays import BoolArray
 from movimentum.expressions import symbols
-from movimentum.planning.structure.graph import groups
 from movimentum.records import replace
 from movimentum.scene.leaves import Kept
-from movimentum.scene.model import (
-    AnchorCoordinate,
-    Anonymous,
-    Constraint,
-    Scene,
-    Thing,
-    ThingAngle,
-    ThingProperty,
-    VariableComponent,
-)
+from movimentum.scene.model import Scene, ThingProperty, VariableComponent
 from movimentum.solver.assembly import carry_at, held
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.effort import GivenUp, limited
@@ -37,8 +27,9 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.follow import instant
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.poses import Poses
-from movimentum.solver.reuse import Known, constraint_key, scene_key, segment_key
+from movimentum.solver.reuse import Known, scene_key, segment_key
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion, Unsolved
+from movimentum.solver.touched import touched
 from movimentum.timeline.model import Segment, Timeline
 
 EFFORT = 400
@@ -141,59 +132,3 @@ def renumbered(carry: Carry, before: Scene, after: Scene) -> Carry:
         if not isinstance(payload, ThingProperty) or payload.thing in of_new
     }
     return Carry(Snapshot(things, others, frozenset(of_new[t] for t in now.known if t in of_new)))
-
-
-# --- what an edit touches: the parts of a scene, connected by what is stated, in which something is stated otherwise
-
-
-def touched(before: tuple[Scene, Segment], after: tuple[Scene, Segment]) -> Segment | None:
-    """The second segment with only the constraints of those parts that are not the same in the first; None where its
-    scene has other things, or where more than anchors, angles and variables may connect its parts.
-    """
-    (old, then), (scene, now) = before, after
-    if then.start != now.start or [thing.name for thing in old.things] != [thing.name for thing in scene.things]:
-        return None
-    nodes: dict[Hashable, int] = {}
-    links: list[tuple[int, int]] = []
-    members: list[list[int]] = []
-    keys = [[constraint_key(constraint)[1:] for constraint in segment.active] for segment in (then, now)]
-    same = set(keys[0]).intersection(keys[1])
-    drawn = zip(old.things, scene.things, strict=True)
-    changed = [nodes.setdefault(b.number, len(nodes)) for a, b in drawn if _as_drawn(a) != _as_drawn(b)]
-    gone = [constraint for constraint, key in zip(then.active, keys[0], strict=True) if key not in same]
-    for constraint in (*now.active, *gone):
-        found = _mentioned(constraint)
-        if found is None:
-            return None
-        members.append([nodes.setdefault(each, len(nodes)) for each in found])
-    stated = members[: len(now.active)]
-    for own, key in zip(stated, keys[1], strict=True):
-        links += [(own[0], other) for other in own[1:]]
-        changed += own if key not in same else []
-    changed += [node for own in members[len(stated) :] for node in own]
-    part_of = {node: i for i, part in enumerate(groups(len(nodes), links)) for node in part}
-    dirty = {part_of[node] for node in changed}
-    active = (c for c, own in zip(now.active, stated, strict=True) if not own or part_of[own[0]] in dirty)
-    return replace(now, active=tuple(active))
-
-
-def _as_drawn(thing: Thing) -> tuple[Hashable, ...]:
-    return thing.kind.word, tuple(anchor.local for anchor in thing.anchors), thing.radius, thing.through
-
-
-def _mentioned(constraint: Constraint) -> list[Hashable] | None:
-    """The numbers of the things and the names of the variables that a constraint is about; None where there is more."""
-    if constraint.pushes or constraint.gaps or constraint.weakness:
-        return None
-    found: list[Hashable] = []
-    for payload in symbols(*constraint.left, *constraint.right):
-        match payload:
-            case AnchorCoordinate(thing=thing) | ThingAngle(thing=thing):
-                found.append(thing)
-            case VariableComponent(name=name):
-                found.append(name)
-            case Anonymous():
-                pass
-            case _:
-                return None
-    return found

@@ -7,7 +7,7 @@ from fractions import Fraction
 from operator import is_
 from typing import TypeVar
 
-from movimentum.expressions import Expr, const, substitute
+from movimentum.expressions import Expr, KeptNumber, substitute
 from movimentum.records import replace
 from movimentum.scene.leaves import Kept, kept_in
 from movimentum.scene.model import Claim, Constraint, Scene
@@ -60,7 +60,7 @@ def _numbered(item: _Stated, values: Mapping[Kept, float]) -> _Stated:
         return item
 
     def number(node: Expr) -> Expr | None:
-        return const(values[node.payload]) if isinstance(node.payload, Kept) else None
+        return Expr("const", (), KeptNumber(values[node.payload])) if isinstance(node.payload, Kept) else None
 
     left, right = (tuple(substitute(part, number) for part in side) for side in (item.left, item.right))
     return replace(item, left=left, right=right)

@@ -19,7 +19,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import Structure, compile_structure, structure_of
 from movimentum.planning.restated import chooses, introduced, restated
 from movimentum.records import dataclass, replace
-from movimentum.scene.model import Anchor, Constraint, Scene, ThingProperty
+from movimentum.scene.model import Anchor, Constraint, Scene, Thing, ThingProperty
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.source import Span
@@ -172,20 +172,15 @@ def scene_key(scene: Scene) -> Hashable:
     """
     text = scene.source.text
     colors = any(_reads_property(constraint) for constraint in scene.constraints())
-    things = tuple(
-        (
-            thing.number,
-            thing.name,
-            thing.kind.word,
-            tuple(_anchor_key(anchor, text) for anchor in thing.anchors),
-            thing.radius,
-            thing.through,
-            thing.look.paint if colors else None,
-        )
-        for thing in scene.things
-    )
+    things = tuple((*thing_key(thing, text), thing.look.paint if colors else None) for thing in scene.things)
     variables = tuple((variable.name, variable.is_vector) for variable in scene.variables.values())
     return things, variables, scene.config.size
+
+
+def thing_key(thing: Thing, text: str) -> tuple[Hashable, ...]:
+    """Everything of a thing that its motion depends on."""
+    anchors = tuple(_anchor_key(anchor, text) for anchor in thing.anchors)
+    return thing.number, thing.name, thing.kind.word, anchors, thing.radius, thing.through
 
 
 def segment_key(scene: int, segment: Segment, text: str) -> Hashable:

@@ -33,7 +33,7 @@ from movimentum.syntax.expression_tree import (
     Vector,
 )
 from movimentum.syntax.tree import Option, Suffix, Text
-from movimentum.syntax.words import FUNCTIONS, SYNONYMS
+from movimentum.syntax.words import FUNCTIONS, SYNONYMS, WRITTEN
 
 LARGEST_EXPONENT = 400
 """Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""
@@ -157,10 +157,10 @@ class ValueBuilder:
         span = span_of(pieces)
         least, most = FUNCTIONS[function]
         if len(arguments) < least or (most is not None and len(arguments) > most):
-            wanted = "1 argument" if most == 1 else f"{most} arguments"
-            raise Refusal(
-                Diagnostic("syntax/arguments", Severity.ERROR, f"`.{word}` takes {wanted}, not {len(arguments)}", span)
-            )
+            wanted = "1 argument" if most == 1 else f"{most or f'{least} or more'} arguments"
+            message = f"`.{word}` takes {wanted}, not {len(arguments)}"
+            helps = (f"write `{WRITTEN[function]}`",) if function in WRITTEN else ()
+            raise Refusal(Diagnostic("syntax/arguments", Severity.ERROR, message, span, helps=helps))
         return Call(function, arguments, span=span)
 
     def table(self, pieces: Sequence[Piece]) -> Call:

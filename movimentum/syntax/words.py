@@ -47,6 +47,21 @@ FUNCTIONS: dict[str, tuple[int, int | None]] = {
 }
 """Canonical name -> the least and the greatest number of arguments (None: any)."""
 
+WRITTEN = {
+    "on": ".on(Pin.P, Curve)",
+    "where": ".where(Pin.P, Curve)",
+    "gap": ".gap(Roller, Cam)",
+    "roll": ".roll(Wheel, Road)",
+    "point": ".point(Curve, 0.5)",
+    "tangent": ".tangent(Curve, 0.5)",
+    "curvature": ".curvature(Curve, 0.5)",
+    "length": ".length(Curve)",
+    "mesh": ".mesh(Sun, Planet)",
+    "belt": ".belt(Motor, Fan)",
+    "cord": ".cord(Load.P, Sheave, Hook.P)",
+}
+"""Functions of things, as they are written."""
+
 SYNONYMS = {"angle": "a", "sqrt": "q", "integral": "i", "differential": "d"}
 """Longer spellings of functions -> canonical names."""
 

@@ -24,7 +24,7 @@ from tests.command import ROOT, movimentum
 
 GALLERY = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov"))
 DRAWN_BY_WISHES = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
-FREE = {"geneva-slots", "geneva", "geneva-play", "escapement", "ratchet"}
+FREE = {"geneva", "geneva-play", "escapement", "ratchet"}
 FREE |= {"combination-lock", "vending-latch", "walking-toy"}
 CHANGE_POINTS = {"coupling-rods": [1 / 3, 4 / 3], "antiparallelogram": [5 / 3, 25 / 6]}
 

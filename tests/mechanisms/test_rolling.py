@@ -184,10 +184,11 @@ def test_gears_with_any_numbers_of_lobes_roll_on_each_other(seed):
     between, e2, p2 = gears(lobes, others, e, p)
     x, y = between * math.cos(math.radians(line)), between * math.sin(math.radians(line))
     way = 1 if seed % 2 else -1
+    right = f"{p2}/(1 + {e2}*.cos({others}*(th - {180 + line})))"
     things = [f"Left : .curve C = [0,0] .polar(th, {p}/(1 - {e}*.cos({lobes}*(th - {line}))));",
-              f"Right : .curve C = [{x},{y}] .polar(th, {p2}/(1 + {e2}*.cos({others}*(th - 180 - {line}))));",
-              ]  # fmt: skip
-    statements = ["Left.C = [0,0];", f"Right.C = [{x},{y}];", f"Left.angle = {90 * way}*.t;", ".roll(Left, Right) = 0;"]
+              f"Right : .curve C = [{x},{y}] .polar(th, {right});"]  # fmt: skip
+    statements = ["Left.C = [0,0];", f"Right.C = [{x},{y}];", f"Left.angle = {90 * way}*.t;"]
+    statements.append(".roll(Left, Right) = 0;")
     random.shuffle(things)
     random.shuffle(statements)
     motion = solved("\n".join(things) + "\n@0 " + " ".join(statements) + "\n@4", fps=7)

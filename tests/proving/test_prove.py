@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from movimentum import loads
 from movimentum.proving.prove import Prover
 from movimentum.proving.verdicts import ProofVerdict
 from movimentum.source import SourceText
@@ -426,3 +427,22 @@ def test_no_position_is_told_that_the_mechanism_has_not(claim):
     """An angle that the mechanism finds has no other values than it finds."""
     (one,) = judged(RANGE.format(claim=claim))
     assert one.verdict in (ProofVerdict.UNKNOWN, *PROVED), one
+
+
+@pytest.mark.parametrize(
+    "claim", ["B.C.x = {x}", "B.C.x <= {x}", "B.C.x - {x} = 0", "2*B.C.x = 2*{x}", "(B.C - [{x}, 200]).l = 0"]
+)
+def test_a_value_that_is_kept_from_another_time_is_not_exact(claim):
+    """100 + 50 cos 50° is no decimal: its float is none of the script's numbers."""
+    text = """.config(10, 300, 300);
+A : .bar O = [100,100] P = [150,100];   B : .disc(5) C = [200,200];
+@0 A.O = [100,100];   A.angle = 100*.t;   B.C = [200,200];
+@1 B.C = [A.P.x.at(0.5), 200];%s
+@2"""
+    (x,) = {float(each) for each in moved_places(text % "")}
+    found = judged(text % f"\n   .claim {claim.format(x=repr(x))};")
+    assert [one.verdict for one in found] == [ProofVerdict.UNKNOWN]
+
+
+def moved_places(text):
+    return set(loads(text).solve()["B.C.x"][-3:])

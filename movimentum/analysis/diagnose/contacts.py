@@ -66,8 +66,8 @@ def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
             told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
             if least == 0.0:
                 point = f"`.on({one.name}.{one.anchors[0].name}, {other.name}) = 0`"
-                round_it = f"round it with {roller.radius:g} or more"
-                return told.advised(f"no roller goes into a sharp corner: {round_it}, or let a point go: {point}")
+                rounded = f"round it with {roller.radius:g} or more"
+                return told.advised(f"no roller goes into a sharp corner: {rounded}, or let a point go: {point}")
             return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
     return None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -11,10 +11,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.expressions import Expr, substitute, symbol, symbols
+from movimentum.expressions import Expr, add, call, const, sub, substitute, symbol, symbols
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.scene.leaves import Cord, cords_of
-from movimentum.scene.model import Constraint, Relation
+from movimentum.scene.leaves import Bearing, Cord, cords_of
+from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.scene.names import symbol_name
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -45,6 +45,27 @@ def slack(motion: PathMotion) -> Iterator[Diagnostic]:
                     if when is not None:
                         told.add((cord, wrap.stop))
                         yield _told(motion, item, cord, wrap, segment_motion.segment.start + Fraction(when))
+
+
+def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
+    """Of each cord among ``items`` how long it is as everything is drawn, and how long it is to be."""
+
+    def turned(node: Expr) -> Expr | None:
+        bearing = node.payload
+        if not isinstance(bearing, Bearing):
+            return None
+        first = const(bearing.drawn - 180.0)
+        return add(first, call("mod", sub(call("atan2d", bearing.sine, bearing.cosine), first), const(360.0)))
+
+    numbers = {item.number for item in items}
+    for item in scene.constraints():
+        for cord in cords_of(item) if item.number in numbers else ():
+            parts = CordParts(scene, cord)
+            length = parts.drawn(substitute(parts.length, turned))
+            stated = next((side.value for side in (*item.right, *item.left) if side.value is not None), None)
+            if length > 0.0:
+                asked = "" if stated is None else f", and {number(stated)} is stated"
+                yield f"as everything is drawn, `{symbol_name(scene, cord)}` is {number(length)} px long{asked}"
 
 
 def _first_below(segment_motion: SegmentMotion, wrap: Wrap) -> float | None:

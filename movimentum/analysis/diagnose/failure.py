@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.advice import Advised, Choose
+from movimentum.analysis.diagnose.cords import as_drawn
 from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.outline_ends import end_of_curve
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
@@ -25,7 +27,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
-from movimentum.source import Span, UnfoldedText
+from movimentum.source import Edit, Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
 
@@ -54,6 +56,8 @@ def failure_diagnostic(
         return away, 3
     if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
         return pushed
+    if (ended := end_of_curve(motion, segment_motion, trouble)) is not None:
+        return ended, 3
     block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
     if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
         return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
@@ -287,16 +291,20 @@ def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fa
 
 def _ways_out(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fix, ...]:
     """Helps about an inequality that leaves no solution in step number ``step``: kept from an earlier step, it can end
-    in this one.
+    in this one. One about a gap may have been meant to push.
     """
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
     edit = turned_round(scene, constraint)
     side = Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,))
+    helps: tuple[Fix, ...] = (side,)
+    if ".gap(" in constraint.key and not constraint.pushes:
+        end = Span(constraint.span.end, constraint.span.end)
+        helps = Fix("`.pushes` after it lets it push what is free", (Edit(end, " .pushes"),)), side
     if constraint.step == step:
-        return (side,)
+        return helps
     ending = f"{constraint.key} {constraint.relation} _;"
     when = time_text(float(scene.steps[step].time))
-    return side, Fix(f"`{ending}` in the step `@{when}` ends it", (added(scene, step, ending),))
+    return *helps, Fix(f"`{ending}` in the step `@{when}` ends it", (added(scene, step, ending),))
 
 
 def _is_formula(block: Block) -> bool:
@@ -338,17 +346,19 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
     """No candidate, and no contradiction found either: the search found nothing."""
     plan = segment_motion.plan
     block = next((plan.blocks[r.block] for r in selection.rejections if r.block is not None), None)
-    span = None
+    span, cords = None, ()
     if block is not None:
         numbers = [plan.system.equations[e].constraint for e in block.equations]
-        spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
-        span = spans[-1] if spans else None
+        chosen = [c for n in dict.fromkeys(numbers) if (c := constraint_of(segment_motion, n)) is not None]
+        span = chosen[-1].span if chosen else None
+        cords = tuple(as_drawn(plan.system.scene, chosen))
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
         message=f"no solution was found at t = {_at(segment_motion, 0.0)}",
         span=span,
         notes=(
+            *cords,
             _MISSED,
             f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import walk
 from movimentum.expressions.tables import Table
@@ -39,10 +40,19 @@ def table_left(segment_motion: SegmentMotion, block: Block, tau: float) -> Diagn
         out = [value for value in np.broadcast_to(values, moments.shape).tolist() if table.outside(value)]
         if not out:
             continue
+        when = number(float(start) + tau, 7)
         first, last = table.span
+        if not table.spelled[0]:
+            return Diagnostic(
+                "contact/end",
+                Severity.ERROR,
+                f"from t = {when} on this asks for a place beyond an end of an open curve",
+                span=span_of_blocks(segment_motion, (block.number,)),
+                notes=("its places go from 0, where it begins, to 1, where it ends",),
+                helps=(f"keep the place between 0 and 1, make the curve longer, or end the step before t = {when}",),
+            )
         end, beyond = ("begins", first) if out[0] < first else ("ends", last)
         file, column, rest = table.spelled
-        when = number(float(start) + tau, 7)
         return Diagnostic(
             "table/outside",
             Severity.ERROR,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -13,7 +14,7 @@ from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton, newton_at
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
-from movimentum.tolerances import RANK_FOR_VELOCITY, SINGULAR_ON_PATH
+from movimentum.tolerances import BESIDE_AN_END, RANK_FOR_VELOCITY, SINGULAR_ON_PATH
 
 Probe = Callable[[FloatArray], BlockProblem]
 """A block's problem at given offsets."""
@@ -22,12 +23,57 @@ ITERATIONS = 8
 """Newton steps onto a path from a prediction; one that needs more is too far from it."""
 
 
+@dataclass(frozen=True, slots=True)
+class PlaceOn:
+    """An unknown of a block's core (number ``index``) that is a place on an outline: its pieces lie between ``breaks``,
+    which repeat with the ``period`` of a closed one (0: it is open). ``held``: it is that of a point on the outline,
+    and does not jump.
+    """
+
+    index: int
+    breaks: tuple[float, ...]
+    period: float
+    held: bool = False
+
+    def until_break(self, x: FloatArray, v: FloatArray) -> float:
+        """How long it is until a place at core values ``x`` (n,), of velocity ``v``, comes to the end of its piece."""
+        place, speed = float(x[self.index]), float(v[self.index])
+        turns = math.floor((place - self.breaks[0]) / self.period) * self.period if self.period else 0.0
+        shifts = (turns - self.period, turns, turns + self.period)
+        return min(
+            (
+                time
+                for shift in shifts
+                for each in self.breaks
+                if speed and (time := (shift + each - place) / speed) > 0.0
+            ),
+            default=math.inf,
+        )
+
+    def beside(self, place: float) -> list[float]:
+        """The middles of the pieces about a place, and places just beyond these, before and behind."""
+        turns = math.floor((place - self.breaks[0]) / self.period) * self.period if self.period else 0.0
+        every = [shift + each for shift in (turns - self.period, turns, turns + self.period) for each in self.breaks]
+        edges = sorted(set(every))
+        near = BESIDE_AN_END * (edges[-1] - edges[0])
+        found: list[float] = []
+        for way in (1, -1):
+            ahead = [each for each in edges[::way] if (each - place) * way > near]
+            if not ahead:
+                continue
+            at_edge = any(abs(each - place) <= near for each in edges)
+            begin, end = place, ahead[0]
+            found += [(begin + end) / 2.0, end + way * near] if at_edge else [end + way * near]
+        return found
+
+
 @dataclass(slots=True, eq=False)
 class Local:
     """A block at one instant: Jacobian-related quantities from finite time differences of its inputs.
 
     ``delta`` is half the time between the instants compared; ``low`` and ``high`` bound the interval of the path.
-    ``sizes`` are the natural sizes of the block's unknowns, where anyone asks.
+    ``sizes`` are the natural sizes of the block's unknowns, where anyone asks; ``places``: those of contact in its
+    core.
     """
 
     block: Newton
@@ -36,6 +82,7 @@ class Local:
     low: float
     high: float
     sizes: FloatArray | None = None
+    places: tuple[PlaceOn, ...] = ()
     _seen: tuple[float, BlockProblem, float] | None = None
     _here: tuple[float, BlockProblem] | None = None
     _linear: tuple[float, FloatArray, FloatArray, FloatArray] | None = None

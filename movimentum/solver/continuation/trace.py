@@ -12,10 +12,10 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import replace
-from movimentum.solver.block.local import Local, Probe
+from movimentum.solver.block.local import Local, PlaceOn, Probe
 from movimentum.solver.continuation.branching import SingularPose, displacement
 from movimentum.solver.continuation.folds import path_end
-from movimentum.solver.continuation.kinks import past_kink
+from movimentum.solver.continuation.kinks import before_kink, past_kink
 from movimentum.solver.continuation.steps import Standing, attempt, initial_bend
 from movimentum.solver.continuation.strides import WINDOW, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
@@ -50,16 +50,23 @@ def trace(
     until: float,
     rate: FloatArray | None = None,
     sizes: FloatArray | None = None,
+    places: tuple[PlaceOn, ...] = (),
 ) -> NodeTrack:
     """Follow the path from core values ``x`` at ``nodes[0]`` through (at least) ``nodes``, as far as ``until`` at most.
 
     ``rate`` is the velocity to begin with, where the first instant is singular and the block alone cannot tell;
-    ``sizes`` are the natural sizes of all of the block's unknowns.
+    ``sizes`` are the natural sizes of all of the block's unknowns, ``places`` those of contact in its core.
     """
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
     local = Local(
-        block, probe, RATE_DIFFERENCE_ON_PATH * max(total / max(len(nodes) - 1, 1), LEAST_DIVISOR), low, high, sizes
+        block,
+        probe,
+        RATE_DIFFERENCE_ON_PATH * max(total / max(len(nodes) - 1, 1), LEAST_DIVISOR),
+        low,
+        high,
+        sizes,
+        places,
     )
     v, smallest = local.rate(low, x, scale)
     here = Standing(low, x, v if rate is None or smallest >= AWAY_FROM_SINGULAR else rate, np.zeros_like(x))
@@ -152,7 +159,7 @@ class _Walk:
                     return False
                 self.side = 0.0
                 break
-            self.length = 0.5 * length
+            self.length = before_kink(self.local, self.here, length)
         self.length = landing.growth * (landing.tau - self.here.tau)
         self._came_to(landing)
         self.side = self.side or self._orientation(landing)

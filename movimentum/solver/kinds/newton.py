@@ -13,12 +13,14 @@ from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.plan import Plan
 from movimentum.records import replace
+from movimentum.scene.leaves import ContactPlace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.local import Probe
+from movimentum.solver.block.local import PlaceOn, Probe
 from movimentum.solver.block.newton import freedom_of, newton, newton_across, unrolled
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of, track_scale
@@ -169,6 +171,22 @@ def probe_of(path: Path, block: Newton) -> Probe:
     return probe
 
 
+def places_of(plan: Plan, block: Newton) -> tuple[PlaceOn, ...]:
+    """The places of contact in the core of ``block``."""
+    found: list[PlaceOn] = []
+    for j, n in enumerate(block.core):
+        payload = plan.system.unknowns[n].payload
+        if not isinstance(payload, ContactPlace):
+            continue
+        outline = payload.touch.outline
+        if payload.along:
+            breaks = tuple(sorted({outline.length_at(each) for each in outline.breaks}))
+            found.append(PlaceOn(j, breaks, outline.length if outline.closed else 0.0, held=True))
+        else:
+            found.append(PlaceOn(j, outline.breaks, outline.period if outline.closed else 0.0))
+    return tuple(found)
+
+
 class NewtonKernel(Kernel[Newton]):
     """See `Kernel`."""
 
@@ -204,7 +222,7 @@ class NewtonKernel(Kernel[Newton]):
                 found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
             else:
                 rates = None if choice.rates is None else np.array(choice.rates)
-                found = trace(block, probe, x, scale, grid.tau, until, rates, sizes)
+                found = trace(block, probe, x, scale, grid.tau, until, rates, sizes, places_of(plan, block))
             return replace(found, identity=next(_identities))
 
         with np.errstate(all="ignore"):

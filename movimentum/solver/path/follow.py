@@ -16,6 +16,7 @@ from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import kernels
 from movimentum.solver.kinds.linear import undefined
+from movimentum.solver.path.ends import past_ends
 from movimentum.solver.path.piece import Piece
 
 
@@ -38,7 +39,7 @@ def follow(
         track = kernels.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
         failed = _set_state(piece, grid, block)
-        gaps += runaways(piece, block, places)
+        gaps += runaways(piece, block, places) + past_ends(piece, grid, block)
         if block.moving and block.single_valued:
             gaps += undefined(piece, grid, block)
         until = ended(piece, block, gaps)  # beyond, what it depends on has no solution,

@@ -27,6 +27,7 @@ from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least, t
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.carried import carried_values, completed
 from movimentum.solver.solutions.homotopy import AllSolutions
+from movimentum.solver.solutions.touching_starts import touching_starts
 from movimentum.tolerances import (
     EQUATION_MET_BY_A_START,
     EQUATION_NEARLY_MET_BY_A_START,
@@ -88,7 +89,7 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
         seeds = seeds_of(first)
-        scattered = scattered_starts(plan, block, first, scale, seeds)
+        scattered = touching_starts(plan, one, carry, scattered_starts(plan, block, first, scale, seeds))
         outcome = newton(problem.first(seeds), scattered, iterations=60, limit=0.5, afar=True)
         ends = np.concatenate([outcome.x, ends])
         effort += NEWTON_EFFORT

@@ -36,6 +36,8 @@ ELIMINATED = 300.0
 """Work for each coefficient of linear rows that are eliminated."""
 QUICK = 8e8
 """The same where other ways to begin are still to be tried."""
+CORDS = 5e7
+"""The same where cords wrap about wheels: fits of them end in ever different places, which shows nothing."""
 MOST = 10
 """Poses that a part begins with."""
 SHARED = 4

@@ -1,4 +1,4 @@
-"""Solutions of contacts that touch where the outlines are not nearest: they fulfil the equations, but overlap."""
+"""Solutions of contacts that touch where outlines are not nearest: they fulfil the equations, and overlap."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.expressions import symbols
-from movimentum.expressions.arrays import sincosd
+from movimentum.arrays import first_of
 from movimentum.planning.plan import Plan
-from movimentum.scene.leaves import ContactPlace, Kept
-from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
+from movimentum.scene.leaves import ContactPlace
+from movimentum.solver.basis.known_so_far import KnownSoFar
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import PLACED_ELSEWHERE
@@ -26,37 +25,25 @@ def misplaced(plan: Plan, state: State, base: Snapshot, unknowns: Iterable[int],
     asked = {
         n: place
         for n, place in places.items()
-        if isinstance(place, ContactPlace)
-        and place.touch.which == 0
-        and not place.along
-        # a value that is kept from before is not known here
-        and not any(isinstance(leaf, Kept) for leaf in symbols(*place.pose))
+        if isinstance(place, ContactPlace) and place.touch.which == 0 and not place.along
     }
     if not asked:
         return 0
-    things = list(base.things)
-    for body in plan.bodies:
-        before = base.things[body.thing]
-        pose = solved_pose(system, body, numbers_of(system.frame(body.thing)), state.__getitem__, before, _direction)
-        things[body.thing] = _first(pose)
-    others = {one.payload: _number(state[one.number]) for one in system.unknowns if state[one.number] is not None}
-    now = Snapshot(tuple(things), {**base.others, **others}, base.known)
+    moment = KnownSoFar.of(plan, state.__getitem__, base, time)
     count = 0
     for n, place in asked.items():
         other = system.number_of.get(ContactPlace(place.touch.other(1), place.pose))
         numbers = [n] if place.touch.second is None or other is None else [n, other]
-        here = [_number(state[number]) for number in numbers]
-        count += _is_elsewhere(place, now.read(system.scene, place.pose, time, {}), here)
+        here = [float(first_of(state[number])) for number in numbers]  # type: ignore[arg-type]
+        pose = moment.pose_of(place)
+        if pose is None or len(here) < place.touch.count:
+            continue
+        nearest = [float(place.touch.other(k).at(*pose)) for k in range(place.touch.count)]
+        if not np.isfinite([*pose, *nearest]).all():
+            continue
+        size = place.touch.first.size + (place.touch.second.size if place.touch.second is not None else 0.0)
+        count += abs(_apart(place, pose, here) - _apart(place, pose, nearest)) > PLACED_ELSEWHERE * size
     return count
-
-
-def _is_elsewhere(place: ContactPlace, pose: Sequence[float], here: Sequence[float]) -> bool:
-    touch = place.touch
-    nearest = [float(touch.other(k).at(*pose)) for k in range(touch.count)]
-    if len(here) < touch.count or not np.isfinite([*pose, *nearest]).all():
-        return False
-    size = touch.first.size + (touch.second.size if touch.second is not None else 0.0)
-    return abs(_apart(place, pose, here) - _apart(place, pose, nearest)) > PLACED_ELSEWHERE * size
 
 
 def _apart(place: ContactPlace, pose: Sequence[float], at: Sequence[float]) -> float:
@@ -69,18 +56,5 @@ def _apart(place: ContactPlace, pose: Sequence[float], at: Sequence[float]) -> f
         c, s = pose[2:]
         px, py = px + c * qx - s * qy, py + s * qx + c * qy
     size = np.hypot(tx, ty)
-    # at a corner the outline has no direction of its own
+    # at a cusp the outline has no direction of its own
     return float(first.side * (tx * (py - y) - ty * (px - x)) / size) if size > 0.0 else float(np.hypot(px - x, py - y))
-
-
-def _direction(angle: float) -> tuple[float, float]:
-    s, c = sincosd(np.asarray(angle))
-    return s, c
-
-
-def _number(value: object) -> float:
-    return float(np.ravel(value)[0])  # type: ignore[arg-type]
-
-
-def _first(pose: BodyPose) -> BodyPose:
-    return BodyPose(*(_number(each) for each in (pose.x, pose.y, pose.c, pose.s, pose.angle)))

@@ -22,6 +22,7 @@ from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.outline_ends import is_past_end
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.runaways import FAR
@@ -145,7 +146,9 @@ class BlockOptions:
         options: list[BlockSolution] = []
         for choice in found.choices:
             option = self._option(block, choice)
-            if option is None:
+            if option is not None and is_past_end(self.plan, block, self.state):
+                rejections.append(Rejection(-1.0, block=block.number, past_end=True))
+            elif option is None:
                 rejections.append(Rejection(-math.inf, block=block.number, pole=self._at_pole(block)))
             else:
                 options.append(option)

@@ -9,7 +9,7 @@ from movimentum.records import dataclass
 class Rejection:
     """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
     the amount by which it failed, or the block that has no real solution (at a ``pole`` what it computes is at
-    infinity).
+    infinity; ``past_end``: on an open outline it is past one of the ends).
     """
 
     amount: float
@@ -17,6 +17,7 @@ class Rejection:
     check: int | None = None
     block: int | None = None
     pole: bool = False
+    past_end: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

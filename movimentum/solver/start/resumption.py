@@ -15,6 +15,7 @@ from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import Local
 from movimentum.solver.block.newton import newton
+from movimentum.solver.block.outline_ends import is_past_end
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
@@ -118,7 +119,7 @@ class Branch:
         with np.errstate(all="ignore"):
             for block in plan.blocks:
                 choice = self._solved(block, state, instants)
-                if choice is None:
+                if choice is None or is_past_end(plan, block, state):
                     return None
                 choices.append(choice)
             for selector in plan.selectors:
