@@ -190,9 +190,6 @@ def desmos_printer(names: Callable[[str], str]) -> Printer:
             digits, _, exponent = repr(float(expr)).partition("e")
             return rf"\left({digits} \cdot 10^{{{int(exponent)}}}\right)" if exponent else digits
 
-        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
-            return r"\left(\frac{1}{0}\right)"
-
         def _named(self, name: str, expr: Any, exp: str | None) -> str:
             inside = ",".join(str(self._print(arg)) for arg in expr.args)
             shown = rf"{name}\left({inside}\right)"
@@ -234,4 +231,5 @@ def desmos_printer(names: Callable[[str], str]) -> Printer:
             return rf"\left\{{{self._print(test)}:{yes},{no}\right\}}"
 
     printer: Any = DesmosPrinter({"inv_trig_style": "full", "ln_notation": True})
-    return lambda e: printer.doprint(ready(e))
+    # A case without a value, as beyond the end of a curve; SymPy prints it by the number's own method.
+    return lambda e: printer.doprint(ready(e)).replace(r"\tilde{\infty}", r"\left(\frac{1}{0}\right)")
