@@ -143,9 +143,6 @@ def formula_printer(language: FormulaLanguage) -> Printer:
                 return language.arctangent.format(y=args[0], x=args[1])
             return f"{language.functions.get(name, name)}({', '.join(args)})"
 
-        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
-            return "(1/0)"  # a case that has no value, as beyond the end of a curve
-
         def _print_Abs(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
             return self._called("Abs", expr)
 
@@ -173,7 +170,7 @@ def formula_printer(language: FormulaLanguage) -> Printer:
             return shown
 
     printer: Any = FormulaPrinter()
-    return lambda e: printer.doprint(ready(e))
+    return lambda e: printer.doprint(ready(e, "(1/0)"))
 
 
 def desmos_printer(names: Callable[[str], str]) -> Printer:
