@@ -12,7 +12,7 @@ from movimentum.errors import errors_in
 from movimentum.workflow.choices import Choices
 
 FORMS = {
-    "text": "told:text", "latex": "told:latex", "mathml": "told:mathml", "python": "code:python_code",
+    "text": "wording:text", "latex": "wording:latex", "mathml": "wording:mathml", "python": "code:python_code",
     "numpy": "code:numpy_code", "c": "code:c_code", "javascript": "code:javascript_code",
     "matlab": "code:matlab_code", "julia": "code:julia_code", "excel": "formulas:excel",
     "geogebra": "formulas:geogebra", "desmos": "formulas:desmos",

@@ -11,8 +11,10 @@ from movimentum.records import dataclass
 Printer = Callable[[Any], str]
 
 
-def ready(expression: Any) -> Any:
-    """An expression without what only some languages have: remainders, and roots that rounding makes imaginary."""
+def ready(expression: Any, none: str | None = None) -> Any:
+    """An expression without what only some languages have: remainders, and roots that rounding makes imaginary.
+    ``none``: what a language calls the value of a case that has none, where SymPy's printer does not know it.
+    """
     import sympy as library
 
     sympy: Any = library
@@ -22,6 +24,8 @@ def ready(expression: Any) -> Any:
         return e.is_Pow and abs(e.exp) == sympy.Rational(1, 2) and not e.base.is_number
 
     expression = sympy.sympify(expression)
+    if none is not None:
+        expression = expression.xreplace(dict.fromkeys((sympy.zoo, sympy.nan), sympy.Symbol(none)))
 
     def remainder(a: Any, b: Any) -> Any:
         return a - b * sympy.floor(a / b)
@@ -52,7 +56,7 @@ def c_printer() -> Printer:
 
     macros: dict[Any, str] = {S.Pi: "M_PI", S.Exp1: repr(math.e)}  # strict C99 has none; M_PI is defined in the file
     printer: Any = C99CodePrinter({"user_functions": {"root": "root"}, "math_macros": macros})
-    return lambda e: printer.doprint(ready(e))
+    return lambda e: printer.doprint(ready(e, "NAN"))
 
 
 def javascript_printer() -> Printer:
@@ -60,15 +64,15 @@ def javascript_printer() -> Printer:
     from sympy.printing.jscode import JavascriptCodePrinter
 
     printer: Any = JavascriptCodePrinter({"user_functions": {"root": "root"}})
-    return lambda e: printer.doprint(ready(e))
+    return lambda e: printer.doprint(ready(e, "NaN"))
 
 
 def matlab_printer() -> Printer:
-    """MATLAB and Octave."""
+    """MATLAB and Octave. Cases are sums of products there, so that NaN in one of them would be in all."""
     from sympy.printing.octave import OctaveCodePrinter
 
     printer: Any = OctaveCodePrinter({"user_functions": {"root": "root"}})
-    return lambda e: printer.doprint(ready(e))
+    return lambda e: printer.doprint(ready(e, "realmax"))
 
 
 def julia_printer() -> Printer:
@@ -76,7 +80,7 @@ def julia_printer() -> Printer:
     from sympy.printing.julia import JuliaCodePrinter
 
     printer: Any = JuliaCodePrinter({"user_functions": {"root": "root"}})
-    return lambda e: printer.doprint(ready(e)).replace(".*", "*").replace("./", "/").replace(".^", "^")
+    return lambda e: printer.doprint(ready(e, "NaN")).replace(".*", "*").replace("./", "/").replace(".^", "^")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,9 +143,6 @@ def formula_printer(language: FormulaLanguage) -> Printer:
                 return language.arctangent.format(y=args[0], x=args[1])
             return f"{language.functions.get(name, name)}({', '.join(args)})"
 
-        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
-            return "(1/0)"  # a case that has no value, as beyond the end of a curve
-
         def _print_Abs(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
             return self._called("Abs", expr)
 
@@ -169,7 +170,7 @@ def formula_printer(language: FormulaLanguage) -> Printer:
             return shown
 
     printer: Any = FormulaPrinter()
-    return lambda e: printer.doprint(ready(e))
+    return lambda e: printer.doprint(ready(e, "(1/0)"))
 
 
 def desmos_printer(names: Callable[[str], str]) -> Printer:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.analysis.diagnose.places import span_of_blocks
-from movimentum.analysis.diagnose.reach import constraint_of, until_when
+from movimentum.analysis.diagnose.reach import KEEP_OR_SKIP, constraint_of, until_when
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions import symbols
 from movimentum.planning.blocks.kinds import Block
@@ -15,7 +15,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.text import number, time_text
-from movimentum.tolerances import AT_AN_END
+from movimentum.tolerances import AT_OUTLINE_END
 
 
 def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | None:
@@ -36,7 +36,7 @@ def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
         value = carry.now.others.get(place)
         outline = place.touch.outline
         first, last = (0.0, outline.length) if place.along else (outline.first, outline.last)
-        near = AT_AN_END * (last - first)
+        near = AT_OUTLINE_END * (last - first)
         if value is not None and (value <= first + near or value >= last - near):
             which = "its beginning" if value <= first + near else "its end"
             return _told(motion, segment_motion, trouble, place, f"leaves it at {which}")
@@ -72,7 +72,7 @@ def _told(
         notes=(f"it is {number(place.touch.outline.length, 4)} px long, and ends where it is drawn to end",),
         helps=(
             f"make {name} longer, leave out `.open`, or end the step before t = {when}",
-            "`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",
+            KEEP_OR_SKIP,
         ),
     )
 

@@ -34,6 +34,12 @@ CLEARLY = 0.8
 DECIMALS = 11
 """A time is shown with at most this many decimals of the step's length."""
 
+KEEP_OR_SKIP = Advised.of(
+    "`{}` keeps the last good pose, `{}` leaves the frames out",
+    *(Choose.ON_FAILURE.to(policy) for policy in (FailurePolicy.HOLD, FailurePolicy.SKIP)),
+)
+"""What can be done about frames without a solution, whatever the reason."""
+
 
 def driven_past(segment_motion: SegmentMotion, selection: Selection) -> bool:
     """Whether there is no solution at the beginning because a reach is exceeded: something has as many equations as
@@ -92,12 +98,7 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
             *_long_enough(segment_motion, trouble, block, carry, conflict),
             *other_pins(plan.system.scene, chosen, segment_motion.segment.active),
         ),
-        helps=(
-            Advised.of(
-                "`{}` keeps the last good pose, `{}` leaves the frames out",
-                *(Choose.ON_FAILURE.to(policy) for policy in (FailurePolicy.HOLD, FailurePolicy.SKIP)),
-            ),
-        ),
+        helps=(KEEP_OR_SKIP,),
     )
 
 

@@ -195,7 +195,7 @@ class FreeAcross:
         """The block of the variants ``who``, linearised at core values ``x`` (N, n)."""
         return TangentsAcross(self.metric.at(who), problem.jacobian(x))
 
-    def looked(self, tau: FloatArray, who: IntArray, attempt: int = 0, *, after: bool = False) -> Nearby:
+    def looked(self, tau: FloatArray, who: IntArray, attempt: int = 0, *, after: bool = False) -> NearbyPoints:
         """What is to be known at offsets ``tau`` (N,) to move the variants ``who`` (N,)."""
         number, side = divmod(attempt, 3)
         step = VELOCITY_STEPS[number] * self.spacing[who]
@@ -206,14 +206,14 @@ class FreeAcross:
         first = np.where(self.high - self.low >= width, inside, first)
         near = first[:, None] + step[:, None] * np.arange(POINTS)
         whole = np.concatenate([tau[:, None], near], axis=1)
-        return Nearby(who, step, near - tau[:, None], self.problems(whole, who), len(tau))
+        return NearbyPoints(who, step, near - tau[:, None], self.problems(whole, who), len(tau))
 
     def velocity(
         self,
         tau: FloatArray,
         x: FloatArray,
         who: IntArray,
-        look: Nearby,
+        look: NearbyPoints,
         tangents: TangentsAcross,
         *,
         after: bool = False,
@@ -254,7 +254,7 @@ class FreeAcross:
 
 
 @dataclass(slots=True, eq=False)
-class Nearby:
+class NearbyPoints:
     """``problem`` at an instant and at `POINTS` more about it, at ``offsets`` (N, P) that are ``step`` (N,) apart, for
     the ``count`` variants ``who``.
     """

@@ -26,6 +26,7 @@ from movimentum.tolerances import (
     PUSH_GUESS,
     RESTORED,
     SHORTEST_PATH_STEP,
+    STRIDE_NOT_LEFT,
 )
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Strides:
                 if stage >= STAGES:
                     return
             step = min(length, going.longest(self.tau, self.x, self.rate), end - self.tau)
-            if end - self.tau - step < 1e-3 * step:
+            if end - self.tau - step < STRIDE_NOT_LEFT * step:
                 step = end - self.tau
             found, off, rounds = self._stride(step, tolerance)
             if found is None:
