@@ -512,7 +512,7 @@ PLACES_MEET = 1e-9
 """Of an outline's size, and of directions: what the rows of a contact may be off where Newton's method has found it."""
 PAST_AN_END = 1e-9
 """Of an open outline: how far beyond its end a place of contact is still at the end, where rounding may put it."""
-AT_AN_END = 1e-6
+COME_TO_AN_END = 1e-6
 """Of an open outline: a motion that ends so near to its end has come to it; times of events are known to about 1e-9."""
 PLACED_ELSEWHERE = 1e-6
 """Of outlines' sizes: a solution whose place of contact is farther away than the nearest one by more touches somewhere

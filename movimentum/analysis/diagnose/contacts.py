@@ -56,7 +56,7 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
 
 
 def _undercut(scene: Scene, item: Constraint, what: str, *, corners: bool = False) -> Diagnostic | None:
-    """A warning if one of a pair is round, and larger than a hollow of the other (with ``corners``: than its corners)."""
+    """A warning if one of a pair is round, and larger than a hollow of the other (a corner, if ``corners`` count)."""
     leaves = symbols(*item.left, *item.right)
     numbers = dict.fromkeys(leaf.thing for leaf in leaves if isinstance(leaf, AnchorCoordinate | ThingAngle))
     for one, other in permutations((scene.things[number] for number in numbers), 2):

@@ -15,7 +15,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.text import number, time_text
-from movimentum.tolerances import AT_AN_END
+from movimentum.tolerances import COME_TO_AN_END
 
 
 def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | None:
@@ -36,7 +36,7 @@ def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
         value = carry.now.others.get(place)
         outline = place.touch.outline
         first, last = (0.0, outline.length) if place.along else (outline.first, outline.last)
-        near = AT_AN_END * (last - first)
+        near = COME_TO_AN_END * (last - first)
         if value is not None and (value <= first + near or value >= last - near):
             which = "its beginning" if value <= first + near else "its end"
             return _told(motion, segment_motion, trouble, place, f"leaves it at {which}")
