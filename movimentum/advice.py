@@ -101,6 +101,12 @@ class Advised(str):
         made.parts = flat
         return made
 
+    @classmethod
+    def of(cls, text: str, *parts: Part) -> Advised:
+        """``text`` with the ``parts`` in place of its ``{}``."""
+        first, *others = text.split("{}")
+        return cls(first, *(piece for pair in zip(parts, others, strict=True) for piece in pair))
+
     @property
     def has_settings(self) -> bool:
         """Whether an option is named."""

@@ -1031,6 +1031,8 @@ PUSH_ALIKE = 1e-6
 """Of their length: how far the slopes of two contacts differ at most that push alike."""
 PUSH_RESTORED = 1e-15
 """Relative residual: what is nearer to its equations than that is on them, but for rounding."""
+PUSH_AFTER_THIS = 1e-12
+"""Relative residual after which one more of Newton's steps leaves only rounding, though rows depend on each other."""
 PUSH_NEARLY = 1e-7
 """Relative residual below which the slopes of the step before will do to come back onto the equations."""
 PUSH_RANK = 1e-13
@@ -1044,7 +1046,7 @@ PUSH_MET = 1e-3
 PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
 PUSH_DENSE = 1e-8
-"""Of the unknowns' scale: what the last terms of a step's series may be, so that it is looked at in its place."""
+"""Of the unknowns' scale: what the last terms of a step's series may be, so that the series stands for the step."""
 PUSH_DENSE_GAP = 1e-6
 """Of the scene's size: the same of the series of a gap, whose zeros are only first guesses."""
 PUSH_DENSE_TIME = 1e-13
@@ -1053,8 +1055,8 @@ PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
 PUSH_ASIDE = 1e-3
 """Of the time in which something comes to open: a guess nearer to its ends is none."""
-PUSH_BEGUN = 1e-5
-"""Of a step: how long before it is seen something has begun to open, at most, as told by how it grows."""
+PUSH_BEGUN = 1e-9
+"""Of a step: when something has begun to open is told by how it grows, if one look more says the same but for this."""
 PUSH_AT_ONCE = 1e-12
 """Of a path: phases that are shorter lead nowhere."""
 CONTACT_FLICKERS = 1e-6

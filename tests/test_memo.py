@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from movimentum.cancellation import Cancelled, cancellable, look
 from movimentum.memo import Memo
 from movimentum.solver.basis.effort import GivenUp, charge, limited
-from movimentum.solver.basis.memory import answered, remembered, remembering
+from movimentum.solver.basis.memory import memoized, remembering
 
 
 def test_what_nobody_asks_for_is_forgotten() -> None:
@@ -35,7 +33,7 @@ def _found(key: object, calls: list[object]) -> str:
         calls.append(key)
         return f"found {key}"
 
-    return remembered(lambda: key, find)
+    return memoized(lambda: key, find)
 
 
 def test_what_is_remembered_is_found_once() -> None:
@@ -55,37 +53,15 @@ def test_what_is_given_up_does_not_depend_on_what_was_found_before() -> None:
         return "dear"
 
     with remembering(Memo(4)):
-        assert remembered(lambda: "dear", dear) == "dear"
+        assert memoized(lambda: "dear", dear) == "dear"
         with pytest.raises(GivenUp), limited(5):
-            remembered(lambda: "dear", dear)
+            memoized(lambda: "dear", dear)
         with limited(25) as left:
-            assert remembered(lambda: "dear", dear) == "dear"
-            assert remembered(lambda: "more", lambda: remembered(lambda: "dear", dear)) == "dear"
+            assert memoized(lambda: "dear", dear) == "dear"
+            assert memoized(lambda: "more", lambda: memoized(lambda: "dear", dear)) == "dear"
         assert left == [5]
         with pytest.raises(GivenUp), limited(5):
-            remembered(lambda: "more", dear)
-
-
-def test_what_asks_is_found_once_for_the_same_answers() -> None:
-    calls: list[int] = []
-
-    def find(ask: Callable[[int], bool]) -> list[int]:
-        calls.append(1)
-        charge(10)
-        return [n for n in range(3) if n == 2 or ask(n)]
-
-    with remembering(Memo(4)):
-        assert answered(lambda: "key", find, lambda _: True) == [0, 1, 2]
-        assert answered(lambda: "key", find, lambda n: n == 0) == [0, 2]
-        assert answered(lambda: "other", find, lambda n: n == 0) == [0, 2]
-        assert len(calls) == 3
-        assert answered(lambda: "key", find, lambda n: n < 5) == [0, 1, 2]
-        assert answered(lambda: "key", find, lambda n: n < 1) == [0, 2]
-        assert len(calls) == 3
-        with pytest.raises(GivenUp), limited(5):
-            answered(lambda: "key", find, lambda _: True)
-    answered(lambda: "key", find, lambda _: True)
-    assert len(calls) == 4  # outside, nothing is looked up
+            memoized(lambda: "more", dear)
 
 
 def test_work_within_other_work_is_given_up_with_it() -> None:

@@ -36,10 +36,6 @@ from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, ROUNDING
 
-MOST_NOTES = 8
-"""Up to this many things have a note each; more are reported together."""
-
-
 Drawn = Callable[[PathMotion], Iterable[Diagnostic]]
 """What a later stage says of a motion: what of its drawing leaves the canvas."""
 

@@ -155,7 +155,7 @@ def check_json(report: CheckReport, source: SourceText, *, freedom: bool = False
 
 
 def _certificate(report: CheckReport, source: SourceText) -> dict[str, Any]:
-    from movimentum.certifying.told import as_data
+    from movimentum.certifying.wording import as_data
 
     assert report.certificate is not None
     return as_data(report.certificate, source)
@@ -250,11 +250,11 @@ def check_text(report: CheckReport, source: SourceText, *, color: bool, freedom:
     parts.extend(_line(step, freedom) for step in report.steps)
     path = visible(source.path)
     if report.gaps is not None:
-        from movimentum.analysis.gaps.told import overlaps_text
+        from movimentum.analysis.gaps.wording import overlaps_text
 
         parts.append(overlaps_text(report.gaps))
     if report.certificate is not None:
-        from movimentum.certifying.told import certificate_text
+        from movimentum.certifying.wording import certificate_text
 
         parts.append(certificate_text(report.certificate, source))
         if report.exit_code:

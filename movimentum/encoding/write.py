@@ -30,7 +30,7 @@ from movimentum.advice import Advised, Choose
 from movimentum.budget import held
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.style import Color
-from movimentum.encoding import gif, told, webp
+from movimentum.encoding import gif, gif_notes, webp
 from movimentum.encoding.apng import ApngCoder, ApngWriter
 from movimentum.encoding.gif import GifCoder, GifWriter
 from movimentum.encoding.palette import CLOSE, Samples, choose_palette
@@ -252,7 +252,7 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
     end = clock.at(job.total)
     if job.fps > gif.FASTEST:
         keep = kept_frames(job.total, job.fps, gif.FASTEST)
-        warnings.append(told.too_fast(job.fps))
+        warnings.append(gif_notes.too_fast(job.fps))
         thin = _Thinned(job.source, job.fps, gif.FASTEST, keep)
         job = replace(job, source=thin, total=keep, fps=Fraction(gif.FASTEST))
         clock = FrameClock(job.fps, 100)
@@ -274,9 +274,9 @@ def _write_gif(job: _Job, path: Path) -> WriteReport:
         writer = GifWriter(stream, painter.size, palette, clock, (job.total, end), job.loop, painter.transparent)
         _write_pieces(job, writer, coder, workers)
         size = stream.tell()
-    warnings += told.colors(writer, job.lossy, path)
-    warnings += told.weight(size, path, job.total, painter.size, job.fps, job.lossy)
-    warnings += told.area(path, writer.frames, painter.size, painter.view.scale, job.fps)
+    warnings += gif_notes.colors(writer, job.lossy, path)
+    warnings += gif_notes.weight(size, path, job.total, painter.size, job.fps, job.lossy)
+    warnings += gif_notes.area(path, writer.frames, painter.size, painter.view.scale, job.fps)
     return job.report([path], Fraction(end, 100), workers, *warnings)
 
 

@@ -139,6 +139,9 @@ def formula_printer(language: FormulaLanguage) -> Printer:
                 return language.arctangent.format(y=args[0], x=args[1])
             return f"{language.functions.get(name, name)}({', '.join(args)})"
 
+        def _print_ComplexInfinity(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
+            return "(1/0)"  # a case that has no value, as beyond the end of a curve
+
         def _print_Abs(self, expr: Any) -> str:  # noqa: N802 - SymPy calls it so
             return self._called("Abs", expr)
 
@@ -224,4 +227,5 @@ def desmos_printer(names: Callable[[str], str]) -> Printer:
             return rf"\left\{{{self._print(test)}:{yes},{no}\right\}}"
 
     printer: Any = DesmosPrinter({"inv_trig_style": "full", "ln_notation": True})
-    return lambda e: printer.doprint(ready(e))
+    # A case without a value, as beyond the end of a curve; SymPy prints it by the number's own method.
+    return lambda e: printer.doprint(ready(e)).replace(r"\tilde{\infty}", r"\left(\frac{1}{0}\right)")

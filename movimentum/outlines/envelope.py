@@ -31,8 +31,6 @@ three, nan where there are none; nan without a solution.
 
 INSTANTS = 720
 """Of a film, to begin with; half a degree of a turn."""
-LEAST_INSTANTS = 16
-"""Of a part of a film."""
 ROUNDS = 12
 """How often an interval is halved."""
 MOST_INSTANTS = 20_000

@@ -20,9 +20,9 @@ from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
 MOST_COMPARED = 200_000
 """Pairs of a corner and an edge that are compared at once."""
-MOST_TRIED = 80
+MOST_TRIED = 1_000
 """Translations that are tried at most, of each kind."""
-MOST_CROSSED = 300
+MOST_CROSSED = 1_000
 """Parts of the convolution of which the crossings are tried, the nearest ones."""
 
 
@@ -238,8 +238,9 @@ def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
         return best
     limit = -best.value if best is not None else np.inf
     near = order[off[order] < limit][:MOST_CROSSED]
-    for k, moved in _crossings(begin, way, near, limit):
+    for both, moved in _crossings(begin, way, near, limit):
         if not overlap(a, b, q + moved):
+            k = max(both, key=lambda each: (way[each, 1] * moved[0] - way[each, 0] * moved[1]) / np.hypot(*way[each]))
             at = float(np.clip(np.dot(moved - begin[k], way[k]) / np.dot(way[k], way[k]), 0.0, 1.0))
             return feature(k, at, float(np.hypot(*moved)), moved)
     if best is None:
@@ -247,8 +248,12 @@ def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
     return best
 
 
-def _crossings(begin: FloatArray, way: FloatArray, some: IntArray, limit: float) -> list[tuple[int, FloatArray]]:
-    """Where two of the parts of a convolution cross, nearer than ``limit``: the nearest ones first."""
+def _crossings(
+    begin: FloatArray, way: FloatArray, some: IntArray, limit: float
+) -> list[tuple[tuple[int, int], FloatArray]]:
+    """Where two of the parts of a convolution cross, nearer than ``limit``: the nearest ones first. The way out leads
+    through one of both from behind at least; the other may have it along itself, or even before it.
+    """
     b, w = begin[some], way[some]
     det = w[:, None, 0] * w[None, :, 1] - w[:, None, 1] * w[None, :, 0]
     dx, dy = (b[None, :, k] - b[:, None, k] for k in (0, 1))
@@ -256,27 +261,14 @@ def _crossings(begin: FloatArray, way: FloatArray, some: IntArray, limit: float)
         s = (dx * w[None, :, 1] - dy * w[None, :, 0]) / det
         r = (dx * w[:, None, 1] - dy * w[:, None, 0]) / det
     meets = np.triu((s >= 0.0) & (s <= 1.0) & (r >= 0.0) & (r <= 1.0), 1)
-    k, _ = np.nonzero(meets)
+    k, other = np.nonzero(meets)
     points = b[k] + s[meets][:, None] * w[k]
     off = np.hypot(*points.T)
     order = np.argsort(off, kind="stable")
-    return [(int(some[k[n]]), points[n]) for n in order[off[order] < limit][:MOST_TRIED].tolist()]
+    order = order[off[order] < limit][:MOST_TRIED]
+    return [((int(some[k[n]]), int(some[other[n]])), points[n]) for n in order.tolist()]
 
 
 def gap(a: Facets, b: Facets, q: FloatArray) -> Feature:
     """Where a and b, whose corners are at q (M, 2), are nearest or part the shortest way."""
     return deepest(a, b, q) if overlap(a, b, q) else nearest(a.points, q)
-
-
-def gaps(a: Facets, b: Facets, q: FloatArray, *, deep: bool = True) -> FloatArray:
-    """(F,): the signed distances for corners q (F, M, 2) of b; without ``deep``, overlapping ones may be just -inf."""
-    if a.convex and b.convex:
-        return convex_gaps(a.points, q)
-    value = distances(a.points, q)
-    boxes = np.zeros(len(q), dtype=np.bool_) if a.hollow or b.hollow else (
-        (a.points.max(axis=0) < q.min(axis=1)) | (q.max(axis=1) < a.points.min(axis=0))
-    ).any(axis=1)  # fmt: skip
-    for n in np.nonzero(~boxes)[0].tolist():
-        if overlap(a, b, q[n]):
-            value[n] = deepest(a, b, q[n]).value if deep else -np.inf
-    return value

@@ -13,9 +13,6 @@ from movimentum.outlines.contour import PLACE, Contour, smooth
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.pieces import Smooth, assembled, repeated, there_and_back_along
 
-Bend = tuple[Point, Point] | None
-"""Of an edge that is an arc: a point that it goes through, and its end."""
-
 
 @lru_cache(maxsize=64)
 def circle(radius: float, *, hollow: bool = False) -> Contour:

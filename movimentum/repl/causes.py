@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from movimentum.diagnostics import Fix
 from movimentum.records import replace
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, number, time_text
 
 COMMANDS = CommandTable()
@@ -48,7 +48,7 @@ def certify(session: Session, argument: str) -> Answer:
     """what is proved of the film: how exact it is, that it is one unbroken motion, bounds between frames"""
     plain(argument, "certify")
     from movimentum.certifying.certificate import certificate
-    from movimentum.certifying.told import as_data, certificate_diagnostics, certificate_text
+    from movimentum.certifying.wording import as_data, certificate_diagnostics, certificate_text
     from movimentum.diagnostics import render_text
 
     motion, source = session.work.motion.path, session.work.source

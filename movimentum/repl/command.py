@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Sequence
 
 from movimentum.records import dataclass
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 
 Answer = tuple[Session, str]
 """The session afterwards, and the answer."""

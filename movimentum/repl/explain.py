@@ -14,11 +14,11 @@ from movimentum.diagnostics import Fix
 from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.causes import why_not
 from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 from movimentum.scene.copy_edits import in_script, written_once
 from movimentum.scene.text_edits import turned_round
 from movimentum.solver.basis.pose_state import Snapshot
@@ -130,7 +130,7 @@ def _steps(steps: list[tuple[str, Any]]) -> list[str]:
     """Each step on a line of its own."""
     import sympy
 
-    from movimentum.repl.spelling import spelled
+    from movimentum.analysis.interactive.spelling import spelled
 
     return [
         f"{name} = {spelled(value) or f'{sympy.sstr(value, full_prec=False)} (in words of SymPy)'}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, rational, time_text
 
 COMMANDS = CommandTable()

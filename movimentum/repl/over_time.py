@@ -5,12 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 
 from movimentum.records import replace
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt, condition, times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.navigate import moved
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 from movimentum.text import counted, number, time_text
 from movimentum.workflow.over_time import extremes
 

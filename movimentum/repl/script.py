@@ -12,10 +12,10 @@ from pathlib import Path
 
 from movimentum.diagnostics import Severity
 from movimentum.errors import ScriptError
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.command import Answer, CommandTable
 from movimentum.repl.edit import changed
 from movimentum.repl.session import Session, refused, typed
-from movimentum.repl.told import AnswerWithData
 from movimentum.scene.copy_edits import in_script
 from movimentum.scene.expansion.product import NamedConstant
 from movimentum.scene.text_edits import added

@@ -16,12 +16,12 @@ from movimentum.diagnostics import Diagnostic, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError, UsageError
 from movimentum.records import dataclass, field, replace
 from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script, typed_before
+from movimentum.repl.answers import as_json
 from movimentum.repl.command import Answer
 from movimentum.repl.helping import help_text
 from movimentum.repl.lines import command_of, logical_lines, unfinished
 from movimentum.repl.pager import in_pager, is_long
 from movimentum.repl.session import Session, refused, typed
-from movimentum.repl.told import as_json
 from movimentum.signals import signal_handled
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines

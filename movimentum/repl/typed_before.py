@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 
 from movimentum.records import replace
+from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.command import Answer, CommandTable
 from movimentum.repl.session import Session, refused
-from movimentum.repl.told import AnswerWithData
 from movimentum.workflow.read import read as read_text
 
 COMMANDS = CommandTable()

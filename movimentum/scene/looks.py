@@ -29,7 +29,6 @@ DARKER = 0.55
 SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", "pins", "fixed", "supports"})
 """Options that say something about looks."""
 
-_AS_STATED = ("dash", "cap", "opacity", "drawn", "arcs", "align", "layer")
 Stated = Mapping[str, Any]
 """What a definition says: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
 

@@ -27,6 +27,10 @@ from movimentum.syntax.tree import ClaimStatement
 from movimentum.syntax.words import REDUCTIONS
 from movimentum.text import time_text
 
+_IN_FILMS = Advised.of(
+    "write it in `.goal …;` for {}, or in `{}` of {}", ScriptCommand.FIT, Choose.MEASURE.to(), ScriptCommand.SWEEP
+)
+
 
 def is_reduction(node: Call) -> bool:
     """Whether a call reduces over the film, where that is possible; `.min` of several values does not."""
@@ -115,16 +119,7 @@ def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: 
             "kind/reduction",
             f"`.{word}(…)` looks at the whole film, so only a goal or a requirement can use it",
             node.span,
-            helps=(
-                Advised(
-                    "write it in `.goal …;` for ",
-                    ScriptCommand.FIT,
-                    ", or in `",
-                    Choose.MEASURE.to(),
-                    "` of ",
-                    ScriptCommand.SWEEP,
-                ),
-            ),
+            helps=(_IN_FILMS,),
         )
         return inner
     if any(part.op == "reduction" for argument in arguments for part in walk(*argument)):

@@ -26,7 +26,7 @@ from movimentum.solver.path.follow import instant
 from movimentum.solver.reuse import Known
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.mobile_groups import mobile_groups
 from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch
 from movimentum.solver.start.search import select
@@ -172,7 +172,7 @@ def _planned(
     """A segment's structure and plan, with what moves beside ``carry`` although it looks determined as one block."""
     structure = known.structure(key, scene, segment)
     with remembering(known.memory):
-        mobile = deceptive(structure, carry, size)
+        mobile = mobile_groups(structure, carry, size)
     structure = structure.with_merged(mobile) if mobile else structure
     return structure, known.plan(key, structure, size)
 

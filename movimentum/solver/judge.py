@@ -17,7 +17,7 @@ from movimentum.planning.lowering.unknowns import Rate, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.meeting import solutions_meet
 from movimentum.tolerances import FRAME_SOLVED, INEQUALITY_BLURRED, ROUNDING_OF_ROWS
@@ -43,7 +43,7 @@ class Judge:
         ]
         rows = tuple(e.original or e.residual for e in self.rows)
         clocks = plan.clocks
-        self._function, starts = remembered(lambda: ("judge", rows, clocks), lambda: _evaluating(rows, clocks))
+        self._function, starts = memoized(lambda: ("judge", rows, clocks), lambda: _evaluating(rows, clocks))
         self.turns = np.array([e.original is not None and _is_of_angles(e.original) for e in self.rows])
         self._sizes = np.array([1.0 if e.constraint is None else size for e in self.rows])[:, None]
         # clocks that only the constraints as they are stated read
@@ -104,7 +104,7 @@ class Judge:
         """(rows and inequalities, F) what rounding makes of each."""
         values = [e.original or e.residual for e in self.rows] + [s.value for s in self.plan.system.selectors]
         starts = (*self.plan.clocks, *self._more)
-        function, starts = remembered(
+        function, starts = memoized(
             lambda: ("rounding", tuple(values), starts), lambda: _evaluating([rounded(v) for v in values], starts)
         )
         far = max(map(abs, self.plan.system.shift))  # where the script's own numbers are rounded

@@ -59,12 +59,10 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                     scene.steps[-1].span,
                     notes=(f"{span} at {fraction_text(rate)} frames per time unit",),
                     helps=(
-                        Advised(
-                            "raise the limit with `",
+                        Advised.of(
+                            "raise the limit with `{}`, or lower the rate with `{}`",
                             Choose.MAX_FRAMES.to(_counted(frames, "")),
-                            "`, or lower the rate with `",
                             Choose.FPS.to(),
-                            "`",
                         ),
                     ),
                 )

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.model import ImageMark
+from movimentum.encoding.gif_notes import RASTER
 from movimentum.encoding.pieces import saved
-from movimentum.encoding.told import RASTER
 from movimentum.geometry import Affine, image_to_local
 from movimentum.records import dataclass
 from movimentum.rendering.images import is_drawing

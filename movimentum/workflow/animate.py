@@ -53,7 +53,7 @@ def animate(
     (`TooHeavy`).
     """
     from movimentum.drawing.options import Show
-    from movimentum.encoding.told import AREA, FIRST, HEAVY, RASTER, only_first
+    from movimentum.encoding.gif_notes import AREA, FIRST, HEAVY, RASTER, only_first
     from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.rendering.off_canvas import OUTSIDE

@@ -105,7 +105,7 @@ def check(
 def _certified(motion: PathMotion) -> tuple[Certificate, Sequence[Diagnostic]]:
     """The certificate of a film, and what is said of it."""
     from movimentum.certifying.certificate import certificate
-    from movimentum.certifying.told import certificate_diagnostics
+    from movimentum.certifying.wording import certificate_diagnostics
 
     found = certificate(motion)
     return found, list(certificate_diagnostics(found))
@@ -116,7 +116,7 @@ def _gaps(
 ) -> tuple[Sequence[Overlap], Sequence[Diagnostic], bool]:
     """What overlaps, what is said of it, and whether that is an error."""
     from movimentum.analysis.gaps.overlaps import overlaps
-    from movimentum.analysis.gaps.told import overlap_diagnostics
+    from movimentum.analysis.gaps.wording import overlap_diagnostics
 
     found = overlaps(motion, all_layers=all_layers)
     return found, *judged(overlap_diagnostics(motion.timeline.scene, found), choices)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from movimentum.advice import Advised, Choose
-from movimentum.encoding.told import largest_scale, short
+from movimentum.encoding.gif_notes import largest_scale, short
 from movimentum.records import dataclass, field
 from movimentum.text import counted, number
 from movimentum.workflow.places import Taken

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 
 from movimentum.certifying.bounds import BoundVerdict
 from movimentum.certifying.certificate import Certificate, certificate
-from movimentum.certifying.told import as_data, certificate_diagnostics
+from movimentum.certifying.wording import as_data, certificate_diagnostics
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.refinement import refined
 from movimentum.solver.motion import PathMotion
@@ -24,7 +24,7 @@ from tests.command import ROOT, movimentum
 
 GALLERY = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov"))
 DRAWN_BY_WISHES = {"peaucellier-linkage", "penrose-five", "penrose-twenty"}
-FREE = {"geneva-slots", "geneva", "geneva-play", "escapement", "ratchet"}
+FREE = {"geneva", "geneva-play", "escapement", "ratchet"}
 FREE |= {"combination-lock", "vending-latch", "walking-toy"}
 CHANGE_POINTS = {"coupling-rods": [1 / 3, 4 / 3], "antiparallelogram": [5 / 3, 25 / 6]}
 

@@ -36,7 +36,8 @@ def test_the_page_lists_many_of_browns_movements() -> None:
     assert len(numbers) == len(re.findall(r"^## ", PAGE, re.MULTILINE)), "a heading, words, a script, a picture"
     assert numbers == sorted(set(numbers))
     assert 1 <= numbers[0] < numbers[-1] <= 507
-    assert len(numbers) >= 68
+    assert len(numbers) >= 80
+    assert sum(".pushes" in entry.script for entry in ENTRIES) >= 20, "what only pushing makes possible"
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: str(entry.number))

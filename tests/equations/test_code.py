@@ -9,7 +9,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from movimentum.equations import code, formulas, told
+from movimentum.equations import code, formulas, wording
 from movimentum.errors import ScriptError
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -104,7 +104,7 @@ def test_what_touches_a_curve_has_no_program(name):
 @pytest.mark.skipif(not shutil.which("pdflatex"), reason="TeX is not installed")
 @broad("name", GALLERY, fast=("hart",))
 def test_latex_is_compiled(name, tmp_path):
-    compiled(told.latex(program_of_script(name)), tmp_path)
+    compiled(wording.latex(program_of_script(name)), tmp_path)
 
 
 def compiled(text, folder):
@@ -145,7 +145,9 @@ def test_constants_stay_names():
 @pytest.mark.parametrize("language", ["geogebra", "desmos", "excel", "julia", "matlab", "text", "latex", "mathml"])
 def test_every_language_is_written(language):
     program = program_of(SourceText("crank.mov", CRANK), Choices(), ("x",))
-    function = getattr(told, language, None) or getattr(formulas, language, None) or getattr(code, f"{language}_code")
+    function = (
+        getattr(wording, language, None) or getattr(formulas, language, None) or getattr(code, f"{language}_code")
+    )
     assert function(program).count("\n") > 5
 
 

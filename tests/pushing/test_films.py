@@ -362,3 +362,32 @@ def test_only_a_wish_is_for_the_most(statement: str) -> None:
     (error,) = [each for each in told.value.diagnostics if each.severity == "error"]
     assert error.code == "kind/mismatch"
     assert "~ ." in error.helps[0]
+
+
+# --- what is left for a part of a step only
+
+HOOKS = """
+    .config(25, 400, 430);
+    Rack  : .polygon O = [180,24]  L[k = 0..23] = O + [-14*.mod(k, 2), 18*.floor(k/2) + 2 - 2*.mod(k, 2)]
+            A = O + [0,300]  B = O + [40,300]
+            R[k = 0..23] = O + [54 - 14*.mod(k, 2), 18*(11 - .floor(k/2)) + 2*.mod(k, 2)]  .through(L, A, B, R);
+    Lever : .bar F = [200,270]  R = F + [62,0]  L = F - [62,0]  .through(L, R);
+    PawlR : .bar P = [262,270]  M = [168,118]  .width(9);    PawlL : .bar P = [138,270]  M = [232,118]  .width(9);
+    HookR : .polygon O = [262,270]  N = [178,132]  M = [160,131]  K = [163,111]  .through(N, M, K);
+    HookL : .polygon O = [138,270]  N = [222,132]  M = [240,131]  K = [237,111]  .through(N, M, K);
+    @0  Rack.O.x = 180;       Rack.angle = 0;  Rack.O.y ~ .least .weak(2) .speed(200);
+        Lever.F = [200,270];  Lever.angle = 13*.sin(180*.t);
+        PawlR.P = Lever.R;    HookR.O = Lever.R;  HookR.angle = PawlR.angle;  PawlR.angle ~ .most .weak .speed(400);
+        PawlL.P = Lever.L;    HookL.O = Lever.L;  HookL.angle = PawlL.angle;  PawlL.angle ~ .least .weak .speed(400);
+        .gap(HookR, Rack) >= 0 .pushes;   .gap(HookL, Rack) >= 0 .pushes;
+    @1
+"""
+"""Two hooks lift a rack by turns. As the lever turns back, at a half, a hook is past a tooth's tip for a ninth of a
+time unit: within a step of the solver. It falls to the next tooth then."""
+
+
+def test_what_passes_a_tip_where_its_drive_turns_back_falls() -> None:
+    motion = mv.loads(HOOKS).solve()
+    assert ("HookL", "Rack") in [each.things for each in motion.contacts if each.event == "ends" and each.time < 0.45]
+    fallen = motion["HookL.angle"][12]
+    assert fallen < motion["HookL.angle"][11] - 3.0

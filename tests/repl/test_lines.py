@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 import sympy
 
+from movimentum.analysis.interactive.spelling import spelled
 from movimentum.query import parsed_statement
 from movimentum.repl.history import KeptHistory, history_file, opened_history
 from movimentum.repl.lines import logical_lines, unfinished
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, Teller, step, steps
-from movimentum.repl.spelling import spelled
 from movimentum.workflow.choices import Choices
 from tests.command import CRANK, movimentum
 

@@ -27,7 +27,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
 from movimentum.solver.start.rejections import Rejection
-from movimentum.source import Span, UnfoldedText
+from movimentum.source import Edit, Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
 
@@ -291,16 +291,20 @@ def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fa
 
 def _ways_out(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fix, ...]:
     """Helps about an inequality that leaves no solution in step number ``step``: kept from an earlier step, it can end
-    in this one.
+    in this one. One about a gap may have been meant to push.
     """
     other = {"<": ">", ">": "<"}.get(str(constraint.relation), "=")
     edit = turned_round(scene, constraint)
     side = Fix(f"`{constraint.key} {other} …` selects the other side", () if edit is None else (edit,))
+    helps: tuple[Fix, ...] = (side,)
+    if ".gap(" in constraint.key and not constraint.pushes:
+        end = Span(constraint.span.end, constraint.span.end)
+        helps = Fix("`.pushes` after it lets it push what is free", (Edit(end, " .pushes"),)), side
     if constraint.step == step:
-        return (side,)
+        return helps
     ending = f"{constraint.key} {constraint.relation} _;"
     when = time_text(float(scene.steps[step].time))
-    return side, Fix(f"`{ending}` in the step `@{when}` ends it", (added(scene, step, ending),))
+    return *helps, Fix(f"`{ending}` in the step `@{when}` ends it", (added(scene, step, ending),))
 
 
 def _is_formula(block: Block) -> bool:
@@ -330,10 +334,9 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
         span=spans[-1] if spans else None,
         notes=(f"a division by zero, {note}",),
         helps=(
-            Advised(
-                "`.max(…, 0)` keeps the argument of a root at 0 or above; `",
+            Advised.of(
+                "`.max(…, 0)` keeps the argument of a root at 0 or above; `{}` leaves such frames out",
                 Choose.ON_FAILURE.to("skip"),
-                "` leaves such frames out",
             ),
         ),
     )

@@ -81,10 +81,13 @@ def _names(motion: PathMotion, pairs: Sequence[tuple[int, int] | None]) -> list[
 def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -> Diagnostic:
     """What is driven on both sides: nothing gives way."""
     when = _at(segment_motion, tau)
+    scene = segment_motion.plan.system.scene
+    names = [f"`{scene.things[side.thing].name}`" for pair in constraint.gaps[:1] for side in pair]
+    who = f"{listed(names)} bind" if names else "it binds"
     return Diagnostic(
         code="solve/binds",
         severity=Severity.ERROR,
-        message=f"it binds at t = {when}: nothing that this could push is free",
+        message=f"{who} at t = {when}: nothing that this could push is free",
         span=constraint.span,
         notes=("everything in it is driven by equations",),
         helps=("leave one of these equations out, or drive one thing less far",),

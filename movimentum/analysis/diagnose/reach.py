@@ -12,7 +12,7 @@ from movimentum.analysis.diagnose.remedies import other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block
 from movimentum.scene.model import Constraint, Scene, Thing
-from movimentum.settings import Advice
+from movimentum.settings import Advice, FailurePolicy
 from movimentum.solver.assembly import carry_at
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.motion import PathMotion
@@ -93,12 +93,9 @@ def bind(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, ad
             *other_pins(plan.system.scene, chosen, segment_motion.segment.active),
         ),
         helps=(
-            Advised(
-                "`",
-                Choose.ON_FAILURE.to("hold"),
-                "` keeps the last good pose, `",
-                Choose.ON_FAILURE.to("skip"),
-                "` leaves the frames out",
+            Advised.of(
+                "`{}` keeps the last good pose, `{}` leaves the frames out",
+                *(Choose.ON_FAILURE.to(policy) for policy in (FailurePolicy.HOLD, FailurePolicy.SKIP)),
             ),
         ),
     )

@@ -11,7 +11,7 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import null_space, relative_error, scaled
@@ -46,7 +46,7 @@ def rank_at(
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
     sparse = isinstance(block, Free) and block.sparse is not None
-    rank, free = remembered(lambda: ("rank", sparse, _said(rows)), lambda: _rank_of(rows, sparse=sparse))
+    rank, free = memoized(lambda: ("rank", sparse, _said(rows)), lambda: _rank_of(rows, sparse=sparse))
     return rows, rank, free
 
 
@@ -71,7 +71,7 @@ def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
     their left null space.
     """
     sparse = isinstance(block, Free) and block.sparse is not None
-    return remembered(lambda: ("stress", sparse, rank, _said(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
+    return memoized(lambda: ("stress", sparse, rank, _said(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
 
 
 def _stress_of(rows: FloatArray, rank: int, *, sparse: bool) -> FloatArray:

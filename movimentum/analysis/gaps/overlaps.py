@@ -120,6 +120,8 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
     when, deep = deepest(pairs, stretches, halves)
     for (number, a, b), time, depth in zip(stretches, when.tolist(), deep.tolist(), strict=True):
         one, other = int(pairs.one[number]), int(pairs.other[number])
+        if depth <= touch or _only_facets(pairs, number, time):
+            continue  # they only touch: a distance that stays at 0 changes its sign by rounding
         names = pairs.bodies[one].thing.name, pairs.bodies[other].thing.name
         yield (one, other), Overlap(names, start + a, start + b, depth, start + time)
 
@@ -243,6 +245,13 @@ def _exactly(pairs: GapPairs, pair: IntArray, tau: FloatArray) -> FloatArray:
         if len(own):
             found[own] = pairs.outlines(number, placed.some(own).relative, found[own])
     return found
+
+
+def _only_facets(pairs: GapPairs, number: int, time: float) -> bool:
+    """Whether it is the polygons in place of curves that overlap, where they are deepest, and not the curves."""
+    if pairs.exact[number]:
+        return False
+    return bool(_exactly(pairs, np.array([number]), np.array([time]))[0] >= -GAP_TOUCHES * pairs.scale)
 
 
 CURVED = 0.05

@@ -283,11 +283,11 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
     # at first everything is looked at; later only what is connected with something that has become known since
     fresh = set(range(len(full.unknowns)))
     while True:
-        before = set(known)
         places = [place for n in sorted(fresh, reverse=True) for place in reversed(rows_of.get(n, ()))]
-        driven |= _assigned(full, len(system.equations), rows_of, places, known)
-        fresh |= known - before
-        blocked -= known
+        turned, given = _assigned(full, len(system.equations), rows_of, places, known)
+        driven |= turned
+        fresh |= given
+        blocked -= given
         if not blocked or not fresh:
             break
         open_rows = [
@@ -296,13 +296,15 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
         found = _determined([row for row in open_rows if row])
         fresh = set(found)
         known |= found
-        for t, angle in angles.items():
-            if angle in blocked and t not in driven:
-                pose = [full.number_of[part] for part in (PoseCos(t), PoseSin(t)) if part in full.number_of]
-                if pose and known.issuperset(pose):
-                    measured.add(t)
-                    known.add(angle)
-                    fresh.add(angle)
+        blocked -= found
+        posed = {payload.thing for n in found if isinstance(payload := full.unknowns[n].payload, PoseCos | PoseSin)}
+        for t in posed.intersection(angles) - driven:
+            pose = (full.number_of[part] for part in (PoseCos(t), PoseSin(t)) if part in full.number_of)
+            if angles[t] in blocked and known.issuperset(pose):
+                measured.add(t)
+                known.add(angles[t])
+                fresh.add(angles[t])
+                blocked.discard(angles[t])
     undecided = {t for t in angles if t not in driven and t not in measured}
     tied = {n for e in _without_measures(system, list(system.equations), keeping=ThingAngle) for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
@@ -310,11 +312,13 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
 
 def _assigned(
     full: System, stated: int, rows_of: Mapping[int, Sequence[int]], places: Iterable[int], known: set[int]
-) -> set[int]:
-    """The things whose angle is given by what is ``known``, to which is added all that one of the ``stated`` equations
-    (the first ones) gives, beginning with those at ``places``. ``rows_of``: the places of the equations of an unknown.
+) -> tuple[set[int], set[int]]:
+    """The things whose angle is given by what is ``known``, and the unknowns that are: these are added to it, as one of
+    the ``stated`` equations (the first ones) gives them, beginning with those at ``places``. ``rows_of``: the places of
+    the equations of an unknown.
     """
     driven: set[int] = set()
+    given: set[int] = set()
     waiting = list(places)
     while waiting:
         equation = full.equations[waiting.pop()]
@@ -325,13 +329,16 @@ def _assigned(
         payload = full.unknowns[target].payload
         if isinstance(payload, PosePart) or max(m.count(target) for m in equation.polynomial) > 1:
             continue
+        given.add(target)
         known.add(target)
         waiting += rows_of[target]
         if isinstance(payload, ThingAngle):
             driven.add(payload.thing)
             parts = (PoseCos(payload.thing), PoseSin(payload.thing))
-            known.update(full.number_of[part] for part in parts if part in full.number_of)
-    return driven
+            more = {n for part in parts if (n := full.number_of.get(part)) is not None and n not in known}
+            given |= more
+            known |= more
+    return driven, given
 
 
 def _near(

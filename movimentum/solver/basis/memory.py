@@ -11,17 +11,15 @@ from collections.abc import Callable, Generator, Hashable, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from fractions import Fraction
-from typing import Generic, TypeVar, cast
+from typing import TypeVar, cast
 
 from movimentum.expressions import Expr
 from movimentum.memo import Memo
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge, counted
 
 T = TypeVar("T")
-Q = TypeVar("Q")
 
 
 _memory: ContextVar[Memo | None] = ContextVar("_memory", default=None)
@@ -29,7 +27,7 @@ _memory: ContextVar[Memo | None] = ContextVar("_memory", default=None)
 
 @contextmanager
 def remembering(memory: Memo) -> Generator[None, None, None]:
-    """Inside, `remembered` looks into ``memory``."""
+    """Inside, `memoized` looks into ``memory``."""
     token = _memory.set(memory)
     try:
         yield
@@ -37,7 +35,7 @@ def remembering(memory: Memo) -> Generator[None, None, None]:
         _memory.reset(token)
 
 
-def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
+def memoized(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
     """What ``find`` gives, found only once for each ``key``; a key of None is never looked up.
 
     What is tried out with limited effort counts what it took when it was found: whether it is given up must not depend
@@ -57,47 +55,7 @@ def remembered(key: Callable[[], Hashable], find: Callable[[], T]) -> T:
     return found
 
 
-def answered(key: Callable[[], Hashable], find: Callable[[Callable[[Q], bool]], T], ask: Callable[[Q], bool]) -> T:
-    """What ``find`` gives, which puts questions to ``ask``: found only once for each ``key`` and the answers.
-
-    So what asks about inequalities need not be found again for other inequalities with which it would be the same.
-    """
-
-    def nothing() -> dict[tuple[bool, ...], _Question[Q] | _Answer[T]]:
-        return {}
-
-    known = remembered(key, nothing)
-    answers: tuple[bool, ...] = ()
-    while (step := known.get(answers)) is not None:
-        if isinstance(step, _Answer):
-            charge(step.cost)
-            return step.result
-        answers = (*answers, ask(step.about))
-    given: list[bool] = []
-
-    def asking(question: Q) -> bool:
-        known[tuple(given)] = _Question(question)
-        given.append(ask(question))
-        return given[-1]
-
-    with counted() as spent:
-        result = find(asking)
-    known[tuple(given)] = _Answer(result, spent[0])
-    return result
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Question(Generic[Q]):
-    about: Q
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Answer(Generic[T]):
-    result: T
-    cost: int
-
-
 def code_of(outputs: Sequence[Expr], clocks: Sequence[Fraction]) -> Compiled:
     """`compiled`, with the ``clocks`` of a plan, for what is asked at one instant: much of it was asked before."""
     some, starts = tuple(outputs), tuple(clocks)
-    return remembered(lambda: ("code", some, starts), lambda: compiled(some, Clocks(starts)))
+    return memoized(lambda: ("code", some, starts), lambda: compiled(some, Clocks(starts)))

@@ -18,7 +18,6 @@ from movimentum.arrays import FloatArray, solutions
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
-from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.free.velocity import MOST_NODES
 from movimentum.tolerances import (
     COARSEST_FREE_MOTION_STEP,
@@ -26,7 +25,6 @@ from movimentum.tolerances import (
     FREE_MOTION_AT_NODE,
     FREE_MOTION_STEP,
     LEAST_DIVISOR,
-    PUSH_GUESS,
     SHORTEST_PATH_STEP,
 )
 
@@ -43,9 +41,6 @@ by something wild must come to an end too."""
 REFUSED = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
 there, each with its velocity."""
-CORRECTED = 1e-2
-"""Of what is allowed: where what a corrector would change is less, and the constraints determine the rest, it is left
-out."""
 MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
@@ -64,31 +59,6 @@ class Integrable(Protocol):
         ...
 
 
-class Watch(Protocol):
-    """What looks at a motion as it goes on. Without it, a step may be as long as accuracy lets it, and an error is one
-    in whatever direction.
-    """
-
-    first: float
-    """The first step."""
-    turning: Turning
-    """Which unknowns turn."""
-
-    def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
-        """How long a step may be at most."""
-        ...
-
-    def undetermined(self, difference: FloatArray) -> FloatArray:
-        """What of a ``difference`` (n,) the constraints leave open; what they determine is found from them."""
-        ...
-
-    def seen(
-        self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
-    ) -> tuple[float, FloatArray, FloatArray] | None:
-        """Where the path ends between the two ends of a step (time, values, rates): something happens there."""
-        ...
-
-
 def drift(
     motion: Integrable,
     x: FloatArray,
@@ -98,13 +68,12 @@ def drift(
     tolerance: float = FREE_MOTION_STEP,
     *,
     roughly: bool = False,
-    watch: Watch | None = None,
 ) -> NodeTrack:
     """A ``motion`` integrated with its own step control, brought back onto the constraints after every step.
 
     ``x`` (n,) are the values at ``nodes[0]``, ``scale`` (n,) their natural sizes; the track reaches ``until`` or the
     last node, or ends where a step as short as `SHORTEST_PATH_STEP` still fails. ``roughly``: accuracy is given up from
-    the beginning, because what drives the motion is not followed closely either. What a ``watch`` sees ends the track.
+    the beginning, because what drives the motion is not followed closely either.
     """
     tolerance *= tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
@@ -118,16 +87,7 @@ def drift(
     hurried = False
     rate = motion.velocity(tau, x, after=True)
     times, values, rates = [tau], [x], [rate]
-    turning = None if watch is None else watch.turning
-
-    def pace(x: FloatArray, rate: FloatArray) -> FloatArray:
-        return rate if turning is None else turning.paces(x, rate)
-
-    def gone(x: FloatArray, change: FloatArray) -> FloatArray:
-        return x + change if turning is None else turning.moved(x, change)
-
-    paces = [pace(x, rate)]
-    length = FIRST_FREE_MOTION_STEP * float(nodes[1] - nodes[0]) if watch is None else watch.first
+    length = FIRST_FREE_MOTION_STEP * float(nodes[1] - nodes[0])
 
     def track(end: float) -> NodeTrack:
         return node_track(times, values, rates, end, np.inf if stage >= ROUNDS else tolerance)
@@ -140,39 +100,27 @@ def drift(
             if spent > (2.0 - 0.5**stage) * budget or hurried:
                 stage, hurried = stage + 1, False
                 tolerance = min(100.0 * tolerance, COARSEST_FREE_MOTION_STEP)
-            if stage >= ROUNDS and watch is not None:
-                return track(tau)
             if stage >= ROUNDS:  # from node to node, each the nearest to the one before
                 new, good, _ = motion.restored(float(target), x)
                 if not good:
                     return track(tau)
                 rates.append((new - x) / (float(target) - tau))
-                paces.append(pace(x, rates[-1]))
                 tau, x = float(target), new
                 times.append(tau)
                 values.append(x)
                 continue
             step = min(length, float(target) - tau)
-            if watch is not None:
-                step = min(step, watch.longest(tau, x, rates[-1]))
             order = min(ORDER, len(times) - begun)
             past = [time - tau for time in times[-order:]]
             instant = tau + step if target - tau - step > FREE_MOTION_AT_NODE * total else float(target)
-            predicted = gone(x, _advance(past, paces[-order:], step))
+            predicted = x + _advance(past, rates[-order:], step)
             new, good, tangent = motion.restored(instant, predicted)
             new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
-            new_pace = pace(new, new_rate)
-            corrected = gone(x, _advance([*past, step], [*paces[-order:], new_pace], step))
-            off = MILNE[order - 1] * (corrected - new)
-            bend = gone(new, step / 384.0 * _bend([*past, step], [*paces[-order:], new_pace], step)) - new
-            error = max(float(np.max(np.abs(off) / scale)), float(np.max(np.abs(bend) / scale)))
-            if watch is not None and np.isfinite(error):
-                open_ = [float(np.max(np.abs(watch.undetermined(each) / scale))) for each in (off, bend)]
-                error = max(error * tolerance / PUSH_GUESS, *open_)
-                needless = open_[0] <= CORRECTED * tolerance
-            else:
-                needless = False
-            if np.isfinite(error) and error <= tolerance and not needless:
+            corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
+            error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
+            bend = _bend([*past, step], [*rates[-order:], new_rate], step)
+            error = max(error, step / 384.0 * float(np.max(np.abs(bend) / scale)))
+            if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(instant, corrected, tangent)
             if not (np.isfinite(error) and error <= tolerance and good):
                 if step <= SHORTEST_PATH_STEP * total:
@@ -187,22 +135,15 @@ def drift(
                         times.append(tau)
                         values.append(x)
                         rates.append(motion.velocity(tau, x, after=True))
-                        paces.append(pace(x, rates[-1]))
                     begun = len(times) - 1
                 continue
             refused = 0
-            if watch is not None and (end := watch.seen((tau, x, rates[-1]), (instant, new, new_rate))) is not None:
-                times.append(end[0])
-                values.append(end[1])
-                rates.append(end[2])
-                return track(end[0])
             tau = instant
             budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new - x) / scale)))
             x = new
             times.append(tau)
             values.append(x)
             rates.append(new_rate)
-            paces.append(pace(x, new_rate))
             grown = 0.9 * (tolerance / max(error, LEAST_DIVISOR)) ** (1.0 / (order + 1))
             length = max(length, step) * min(2.0, grown) if grown > 1.1 or step == length else length
     return track(max(until, high))

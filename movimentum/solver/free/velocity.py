@@ -110,13 +110,13 @@ class FreeVelocity:
     probe: Probe
     nodes: FloatArray
     law: Law = field(init=False)
-    _spacing: float = field(init=False)
+    spacing: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Look at the scene once."""
         self.law = Law(self.block, self.plan)
         spaces = max(min(len(self.nodes), MOST_NODES) - 1, 1)
-        self._spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, LEAST_DIVISOR)
+        self.spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, LEAST_DIVISOR)
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """The velocity (n,), per unit of time, at core values ``x`` (n,); ``tangent``: one from near there. ``after``:
@@ -154,8 +154,8 @@ class FreeVelocity:
         changes, problem = np.zeros(0), None
         sides = (AHEAD, ACROSS, BEHIND) if after else (ACROSS, BEHIND, AHEAD)
         repeated = np.repeat(x[None, :], 1 + POINTS, axis=0)
-        for step, side in itertools.product(STEPS * self._spacing, sides):
-            instants = self._near(tau, step, side)
+        for step, side in itertools.product(STEPS * self.spacing, sides):
+            instants = self.near(tau, step, side)
             problem = self.probe(np.concatenate([[tau], instants]))
             seen = read(problem, repeated)
             seen = seen[1:] - seen[0]  # what is constant does not change, not even by rounding
@@ -169,7 +169,7 @@ class FreeVelocity:
         assert problem is not None
         return changes, problem.first()
 
-    def _near(self, tau: float, step: float, side: float) -> FloatArray:
+    def near(self, tau: float, step: float, side: float) -> FloatArray:
         """(`POINTS`,) instants, ``step`` apart, that begin ``side`` of their extent before ``tau``; on the path where
         they can be.
         """
@@ -191,13 +191,70 @@ class FreeVelocity:
         return found, error <= RESTORED, used
 
 
+class Nearby:
+    """Instants near F others (F,), from which changes at these are told: of each first from the same side as `ACROSS`,
+    but of the first from what comes after, and of the last from what was before.
+    """
+
+    def __init__(self, velocity: FreeVelocity, tau: FloatArray) -> None:
+        self.velocity, self.tau = velocity, tau
+        self._problems: dict[int, tuple[BlockProblem, FloatArray]] = {}
+        self._sides = np.full((3, len(tau)), ACROSS)
+        self._sides[1], self._sides[2] = BEHIND, AHEAD
+        self._sides[:2, 0], self._sides[:2, -1] = (AHEAD, ACROSS), (BEHIND, ACROSS)
+        self._sides[2, -1] = AHEAD
+        self._sides[2, 0] = BEHIND
+
+    def _looked_at(self, number: int) -> tuple[BlockProblem, FloatArray]:
+        """The problem at the instants of the choice with that number, one group (1 + `POINTS`) after the other; and by
+        which the values give the derivatives (F, 2, `POINTS`): from all, and without the outermost.
+        """
+        found = self._problems.get(number)
+        if found is None:
+            step, sides = divmod(number, len(self._sides))
+            width = float(STEPS[step] * self.velocity.spacing)
+            near = np.stack(
+                [
+                    self.velocity.near(float(tau), width, float(side))
+                    for tau, side in zip(self.tau, self._sides[sides], strict=True)
+                ]
+            )
+            problem = self.velocity.probe(np.concatenate([self.tau[:, None], near], axis=1).ravel())
+            offsets = near - self.tau[:, None]
+            weights = np.zeros((len(near), 2, POINTS))
+            weights[:, 0], weights[:, 1, 1:-1] = _weights(offsets), _weights(offsets[:, 1:-1])
+            found = self._problems[number] = problem, weights
+        return found
+
+    def changes(self, x: FloatArray, read: Callable[[BlockProblem, FloatArray], FloatArray]) -> FloatArray:
+        """(F, q) how fast what is ``read`` changes if the block stands still at core values ``x`` (F, n); see
+        `FreeVelocity.changes`.
+        """
+        count, size = len(x), self.velocity.plan.size
+        repeated = np.repeat(x, 1 + POINTS, axis=0)
+        best, found = np.full(count, np.inf), np.zeros((count, 0))
+        for number in range(len(STEPS) * len(self._sides)):
+            problem, weights = self._looked_at(number)
+            seen = read(problem, repeated).reshape(count, 1 + POINTS, -1)
+            both = weights @ (seen[:, 1:] - seen[:, :1])
+            error = np.max(np.abs(both[:, 0] - both[:, 1]), axis=1, initial=0.0)
+            better = ~(error >= best)
+            found = both[:, 0] if number == 0 else np.where(better[:, None], both[:, 0], found)
+            best = np.where(better, error, best)
+            largest = np.max(np.abs(found), axis=1, initial=0.0)
+            step = float(STEPS[number // len(self._sides)] * self.velocity.spacing)
+            if not (best > DERIVATIVES_ALIKE * largest + ROUNDING_OF_INPUTS * size / step).any():
+                break
+        return found
+
+
 def _weights(offsets: FloatArray) -> FloatArray:
-    """(P,) by which values at ``offsets`` (P,), evenly spread, give the derivative at 0 of the polynomial there."""
-    step = float(offsets[1] - offsets[0])
-    powers = np.vander(offsets / step, len(offsets), increasing=True)
-    first = np.zeros(len(offsets))
-    first[1] = 1.0 / step
-    return np.asarray(np.linalg.solve(powers.T, first), dtype=np.float64)
+    """(…, P) by which values at ``offsets`` (…, P), evenly spread, give the derivative at 0 of the polynomial there."""
+    step = offsets[..., 1] - offsets[..., 0]
+    powers = (offsets / step[..., None])[..., None, :] ** np.arange(offsets.shape[-1])[:, None]
+    first = np.zeros((*offsets.shape, 1))
+    first[..., 1, 0] = 1.0 / step
+    return np.asarray(np.linalg.solve(powers, first)[..., 0], dtype=np.float64)
 
 
 def projected(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:

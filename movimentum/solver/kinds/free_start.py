@@ -67,7 +67,7 @@ class TurnAcross:
 @dataclass(slots=True, eq=False)
 class FreeStart:
     """A free block of V variants at the first instant: its ``problem`` and ``metric``, the scenes' ``size`` (V,), the
-    ``turns`` of new things, the errors ``wished`` of wishes that may be heeded at once, and the core ``origin`` (V, n)
+    ``turns`` of new things, the errors ``wished`` of wishes to follow at once, and the core ``origin`` (V, n)
     to begin from.
     """
 

@@ -17,7 +17,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import PlaceOn, Probe
@@ -157,7 +157,7 @@ def _new_stepper(path: Path, block: Newton, track: NodeTrack) -> Compiled | None
         entries = dict(zip(block.entries, block.slopes, strict=True))
         return compiled(newton_steps(size, entries, block.residuals, order), Clocks(starts))
 
-    return remembered(lambda: ("step", block.identity, tuple(order), starts) if block.identity else None, made)
+    return memoized(lambda: ("step", block.identity, tuple(order), starts) if block.identity else None, made)
 
 
 def probe_of(path: Path, block: Newton) -> Probe:
@@ -226,7 +226,7 @@ class NewtonKernel(Kernel[Newton]):
             return replace(found, identity=next(_identities))
 
         with np.errstate(all="ignore"):
-            track = remembered(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
+            track = memoized(lambda: _path_key(path, block, choice, grid.tau, until, sizes), followed)
         if track.until < path.end and track.until < until:
             gap = pole_ahead(path, block, track, scale) or Gap(track.until, path.end, block.number)
             gaps.append(gap)
@@ -274,7 +274,7 @@ class NewtonKernel(Kernel[Newton]):
                 values.flags.writeable = False
             return core, failed
 
-        core, failed = remembered(key, solved)
+        core, failed = memoized(key, solved)
         for n, values in zip(block.core, core, strict=True):
             state[n] = values
         return failed

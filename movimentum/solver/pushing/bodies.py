@@ -33,6 +33,11 @@ class Pairs(NamedTuple):
         """Those of them."""
         return Pairs(*(each[which] for each in self))
 
+    def one(self, place: int) -> tuple[int, int, int, int]:
+        """One of them, as numbers."""
+        gap, kind, i, j = (int(each[place]) for each in self)
+        return gap, kind, i, j
+
 
 class Bodies:
     """The outlines of the ``gaps`` of a block, each once; B of them, with P parts in all. ``around`` (B, 3): a circle

@@ -13,14 +13,12 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.pushing.contacts import TIPS, PartPair
-from movimentum.solver.pushing.dense import FINE, basis, falls, finely, series, smooth
+from movimentum.solver.pushing.dense import DEGREE, FINE, SHARES, Fall, basis, falls, finely, series, smooth
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_DENSE_GAP, PUSH_LOOK
 
-SHARES = (1.0 / 3.0, 2.0 / 3.0, 1.0)
-"""Where within a step outlines are looked at."""
-VALUES = 8
-"""In so many equal parts of a step values are looked at."""
+LOOKED = np.arange(0, DEGREE + 1, 2)
+"""Where within a step outlines are looked at first, among its instants."""
 BENT = 0.05
 """Of its length: how far a way in a step is off a straight one."""
 NEARLY = 0.05
@@ -35,46 +33,48 @@ ASIDE = 1e-2
 
 def closes(step: PhaseStep) -> tuple[float, PartPair] | None:
     """When the first of what does not touch comes to touch, and what that is."""
-    some = list(dict.fromkeys([*_values(step), *_gaps(step)]))
+    gaps, coming = _gaps(step)
+    some = [*_values(step), *gaps]
     first: tuple[float, PartPair] | None = None
+    for contact, low, high in coming:
+        if first is None or low < first[0]:
+            there = step.comes(contact, low, high)
+            if there is not None and (first is None or (there, contact) < first):
+                first = there, contact
     if not some:
         return first
     course = step.course
     closed, size = course.closed, course.plan.size
-    for share, contact, place, near in _falls(step, some):
-        tau = step.t0 + step.h * share
+    for fall, contact in _falls(step, some):
+        tau = step.t0 + step.h * fall.share
         if first is not None and tau > first[0] + PUSH_LOOK * step.h:
             break
         _, along, fan = step.places([contact], np.array([tau]))
         if not (along[0, 0] >= -PUSH_DENSE_GAP * size and fan[0, 0] >= -ASIDE):  # beside its parts
             continue
-        bracket = step.t0 + step.h * FINE[place : place + 2]
-        met = step.met(contact, tau, (float(bracket[0]), float(bracket[1])), -0.5 * closed if near else 0.0)
+        bracket = step.t0 + step.h * fall.low, step.t0 + step.h * fall.high
+        met = step.met(contact, tau, bracket, -0.5 * closed if fall.near else 0.0)
         if met is not None and (first is None or (met, contact) < first):
             first = met, contact
     return first
 
 
-def _falls(step: PhaseStep, some: Sequence[PartPair]) -> list[tuple[float, PartPair, int, bool]]:
+def _falls(step: PhaseStep, some: Sequence[PartPair]) -> list[tuple[Fall, PartPair]]:
     """Where in the step contacts close, in order: see `falls`."""
     course = step.course
-    nodes = step.nodes_of(some)
-    coefficients = None if nodes is None else series(nodes)
-    even = np.zeros(len(some), dtype=np.bool_)
-    if coefficients is not None:
-        even = smooth(coefficients, PUSH_DENSE_GAP * course.plan.size)
-    finely_ = None if coefficients is None or not even.any() else finely(coefficients)
+    coefficients = series(step.nodes_of(some))
+    even = smooth(coefficients, PUSH_DENSE_GAP * course.plan.size)
+    fine = finely(coefficients)
     rough = [contact for contact, good in zip(some, even.tolist(), strict=True) if not good]
     roughly = step.places(rough, step.t0 + step.h * FINE)[0] if rough else np.zeros((len(FINE), 0))
-    found: list[tuple[float, PartPair, int, bool]] = []
+    found: list[tuple[Fall, PartPair]] = []
     for k, contact in enumerate(some):
-        if even[k] and coefficients is not None and finely_ is not None:
-            value, fine = partial(_of_series, coefficients[:, k]), finely_[:, k]
+        if even[k]:
+            value, values = partial(_of_series, coefficients[:, k]), fine[:, k]
         else:
-            value, fine = partial(_of_step, step, contact), roughly[:, rough.index(contact)]
-        for share, place, near in falls(value, fine, course.closed):
-            if not (near and contact in step.passed):
-                found.append((share, contact, place, near))
+            value, values = partial(_of_step, step, contact), roughly[:, rough.index(contact)]
+        own = falls(value, values, course.closed)
+        found += [(fall, contact) for fall in own if not (fall.near and contact in step.passed)]
     return sorted(found)
 
 
@@ -93,30 +93,24 @@ def _values(step: PhaseStep) -> list[PartPair]:
     open_ = [contact for contact in contacts.plain if contact not in holding]
     if not open_:
         return open_
-    times = step.t0 + step.h * np.linspace(0.0, 1.0, VALUES + 1)
-    x = step.between(times)
-    x[0], x[-1] = step.x0, step.x1
-    values = contacts.values(course.probe(times), x)[:, [contact.kind for contact in open_]]
+    values = step.nodes_of(open_)
     down = ((values[:-1] > -course.closed) & (values[1:] < -course.closed)).any(axis=0)
     return [open_[k] for k in np.nonzero(down)[0].tolist()]
 
 
-def _gaps(step: PhaseStep) -> list[PartPair]:
-    """The pairs of parts that may close."""
+def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, float]]]:
+    """The pairs of parts that may close; and those whose place comes onto its parts between two times."""
     course, contacts, closed = step.course, step.course.contacts, step.course.closed
     if not contacts.rows.gaps:
-        return []
-    times = step.t0 + step.h * np.array([0.0, *SHARES])
-    every = step.between(times)
-    every[0], every[-1] = step.x0, step.x1
-    problem = course.probe(times)
+        return [], []
+    problem, every = step.stride.problem.at(LOOKED, DEGREE + 1), step.stride.x[LOOKED]
     margins = contacts.values(problem, every)[:, contacts.bodies.push]
     poses = contacts.bodies.poses(problem.inputs, every)
     way = _way(step, poses)
     pairs = contacts.bodies.near(poses[:, 0], way - margins.min(axis=0) + 2.0 * closed)
     pairs = pairs.some(contacts.bodies.others(pairs, contacts.chosen(step.held).pairs))
     if not len(pairs.gap):
-        return []
+        return [], []
     touch, way = contacts.bodies.touch(pairs, poses), way[pairs.gap]
     margins = margins[:, pairs.gap]
     values, size = touch.value + margins, course.plan.size
@@ -126,7 +120,7 @@ def _gaps(step: PhaseStep) -> list[PartPair]:
     turned = np.maximum(touch.fan[:-1], touch.fan[1:]) >= -TURNED
     off, on = (np.minimum(touch.along[m], size * touch.fan[m]) for m in (slice(0, -1), slice(1, None)))
     found = (low > -closed) & (high < -closed) & near & turned
-    found |= (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
+    comes = (off < 0.0) & (on >= 0.0) & (np.maximum(low, high) < -closed) & (np.minimum(low, high) > -way)
     apart = (low > closed) & (high > closed)
     found |= _dips(values, closed) & apart & near & turned & ~sharp
     tips = np.nonzero((pairs.kind == TIPS) & ~sharp)[0]
@@ -137,7 +131,9 @@ def _gaps(step: PhaseStep) -> list[PartPair]:
         passing = _passes(middles[:-1], middles[1:], radii - margins[:-1, tips])
         found[:, tips] |= passing & apart[:, tips] & turned[:, tips]
     some = np.nonzero(found.any(axis=0))[0]
-    return [PartPair(*row) for row in np.stack(pairs.some(some), 1).tolist()]
+    times = step.stride.times[LOOKED].tolist()
+    coming = [(PartPair(*pairs.one(k)), times[n], times[n + 1]) for n, k in np.argwhere(comes).tolist()]
+    return [PartPair(*pairs.one(k)) for k in some.tolist()], coming
 
 
 def _way(step: PhaseStep, poses: FloatArray) -> FloatArray:
@@ -151,13 +147,13 @@ def _way(step: PhaseStep, poses: FloatArray) -> FloatArray:
     return np.asarray(1.5 * (most[bodies.first] + most[bodies.second]), dtype=np.float64)
 
 
-_PLACES = np.array([0.0, *SHARES])
+_PLACES = SHARES[LOOKED]
 _INNER = _PLACES[:-1, None] + np.diff(_PLACES)[:, None] * np.linspace(0.0, 1.0, LOOKS + 2)[1:-1]
 _BETWEEN = np.vander(_INNER.ravel(), len(_PLACES)) @ np.linalg.inv(np.vander(_PLACES, len(_PLACES)))
 
 
 def _dips(values: FloatArray, closed: float) -> BoolArray:
-    """(F - 1, M) whether the polynomial through values (F, M) at ``SHARES`` falls, between two of them, nearly to zero
+    """(F - 1, M) whether the polynomial through values (F, M) at `LOOKED` falls, between two of them, nearly to zero
     and below both.
     """
     between = (_BETWEEN @ values).reshape(len(_PLACES) - 1, LOOKS, -1).min(axis=1)

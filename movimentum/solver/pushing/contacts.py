@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray, first_of
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.touching import KINDS, KNOBS, Touch
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
@@ -100,10 +100,12 @@ class Contacts:
         return found
 
     def wanted(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
-        """(K,) how fast they must grow at least, at the first instant."""
-        if not self.rows.rates:
-            return np.zeros(self.rows.count)
-        return np.array([first_of(v) for v in self.rows.wanted(problem.values(x[:1]), problem.clocks)])
+        """(F, K) how fast they must grow at least."""
+        found = np.zeros((len(x), self.rows.count))
+        if self.rows.rates:
+            for k, value in enumerate(self.rows.wanted(problem.values(x), problem.clocks)):
+                found[:, k] = value
+        return found
 
     def of_known(self, problem: BlockProblem, count: int) -> FloatArray:
         """(F, q) what is known of the poses of outlines."""

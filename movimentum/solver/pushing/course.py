@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
-from movimentum.records import dataclass
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
-from movimentum.solver.continuation.turning import Turning
-from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, field_of
+from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, Nearby, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
-from movimentum.solver.pushing.law import Instant, Level, without_rounding
+from movimentum.solver.pushing.law import Instant, Level, velocities, without_rounding
+from movimentum.solver.pushing.turning import Turning
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
 KEPT = 8
@@ -75,33 +75,13 @@ class PushCourse:
         for time, core, ahead, some, instant, lines in self._last:
             if time == tau and ahead == after and some == contacts and core == x.tobytes():
                 return instant, lines
-        block, rows = self.block, self.block.rows
-        coupled, pulls = block.metric.coupled, block.pulls
-
-        def read(problem: BlockProblem, repeated: FloatArray) -> FloatArray:
-            count = len(repeated)
-            values = problem.completed(repeated) if coupled else {}
-            others = np.empty((count, len(coupled)))
-            for k, n in enumerate(coupled):
-                others[:, k] = values[n]
-            drawn = np.empty((count, pulls.count))
-            if pulls.count:
-                for k, value in enumerate(pulls.values(problem.values(repeated), problem.clocks)):
-                    drawn[:, k] = value
-            pushes = self.contacts.values(problem, repeated)
-            known = self.contacts.of_known(problem, count)
-            return np.concatenate(
-                [problem.residual(repeated), others, problem.wishes(repeated)[0], drawn, pushes, known], axis=1
-            )
-
-        changes, problem = self.differences.changes(tau, x, read, after)
-        wished = 0 if block.wishes is None else block.wishes.count
-        cuts = np.cumsum([rows, len(coupled), wished, pulls.count, self.contacts.rows.count])
-        want, speeds, drift_, drawn, pushed, known = np.split(changes, cuts)
+        block = self.block
+        changes, problem = self.differences.changes(tau, x, self._read, after)
         one = x[None]
+        want, speeds, drift_, drawn, pushed, known = np.split(changes, self._cuts)
         lines = self.contacts.lines(contacts, problem, one).first()
         least = -(lines.known @ known)
-        wanted = self.contacts.wanted(problem, one)
+        wanted = self.contacts.wanted(problem, one)[0]
         for k, contact in enumerate(contacts):
             push = self.contacts.push(contact)
             least[k] += wanted[push] - pushed[push]
@@ -109,8 +89,11 @@ class PushCourse:
             block.metric,
             problem.jacobian(one)[0],
             -want,
-            block.metric.pull(speeds) if coupled else None,
-            self._levels(problem, one, drift_, drawn),
+            block.metric.pull(speeds) if len(speeds) else None,
+            [
+                Level(slopes[0], want[0], damping)
+                for slopes, want, damping in self._levels(problem, one, drift_[None], drawn[None])
+            ],
             lines.slopes,
             least,
             self.rest,
@@ -118,36 +101,82 @@ class PushCourse:
         self._last = [*self._last[-3:], (tau, x.tobytes(), after, contacts, instant, lines)]
         return instant, lines
 
-    def _levels(self, problem: BlockProblem, x: FloatArray, drift_: FloatArray, drawn: FloatArray) -> list[Level]:
-        """The wishes, and those below them, level by level."""
-        block, law = self.block, self.law
-        found: list[Level] = []
+    def rates(
+        self, problem: BlockProblem, near: Nearby, x: FloatArray, contacts: tuple[PartPair, ...]
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """The velocities (F, n) at F instants (core values (F, n)) at which these contacts are kept as equations, and
+        what is free at the last of them: see `velocities`.
+        """
+        block = self.block
+        changes = near.changes(x, self._read)
+        want, speeds, drift_, drawn, pushed, known = np.split(changes, self._cuts, axis=1)
+        lines = self.contacts.lines(contacts, problem, x)
+        push = self.contacts.chosen(contacts).push
+        wanted = self.contacts.wanted(problem, x)[:, push]
+        least = wanted - pushed[:, push] - (lines.known @ known[..., None])[..., 0]
+        rows = np.concatenate([problem.jacobian(x), lines.slopes], axis=1)
+        wants = np.concatenate([-want, least], axis=1)
+        pull = np.stack([block.metric.pull(each) for each in speeds]) if speeds.shape[1] else None
+        return velocities(block.metric, rows, wants, pull, self._levels(problem, x, drift_, drawn))
+
+    def _read(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
+        """(F, q) all values whose changes by time move the block, in parts as `_cuts` says."""
+        pulls, coupled, count = self.block.pulls, self.block.metric.coupled, len(x)
+        values = problem.completed(x) if coupled else {}
+        others = np.empty((count, len(coupled)))
+        for k, n in enumerate(coupled):
+            others[:, k] = values[n]
+        drawn = np.empty((count, pulls.count))
+        if pulls.count:
+            for k, value in enumerate(pulls.values(problem.values(x), problem.clocks)):
+                drawn[:, k] = value
+        wishes = problem.wishes(x)[0]
+        pushes, known = self.contacts.values(problem, x), self.contacts.of_known(problem, count)
+        return np.concatenate([problem.residual(x), others, wishes, drawn, pushes, known], axis=1)
+
+    @cached_property
+    def _cuts(self) -> IntArray:
+        block = self.block
+        wished = 0 if block.wishes is None else block.wishes.count
+        return np.cumsum([block.rows, len(block.metric.coupled), wished, block.pulls.count, self.contacts.rows.count])
+
+    def _levels(
+        self, problem: BlockProblem, x: FloatArray, drift_: FloatArray, drawn: FloatArray
+    ) -> list[tuple[FloatArray, FloatArray, Damping]]:
+        """The wishes, and those below them, level by level, at F instants: slopes (F, p, n), and how fast values should
+        change (F, p).
+        """
+        block, law, count = self.block, self.law, len(x)
+        found: list[tuple[FloatArray, FloatArray, Damping]] = []
         if block.wishes is not None:
             errors, slopes = problem.wishes(x)
-            found.append(Level(slopes[0], law.wished(errors[0], drift_), law.damping))
+            wanted = [law.wished(one, change) for one, change in zip(errors, drift_, strict=True)]
+            found.append((slopes, np.stack(wanted), law.damping))
         pulls = block.pulls
         if not pulls.count:
             return found
-        values = np.array([float(np.squeeze(v)) for v in pulls.values(problem.values(x), problem.clocks)])
-        slopes = np.zeros((pulls.count, x.shape[1]))
-        for (i, j), value in zip(pulls.entries, pulls.slopes(problem.values(x), problem.clocks), strict=True):
-            slopes[i, j] = np.squeeze(value)
-        slopes[~np.isfinite(slopes).all(axis=1)] = 0.0
+        read = problem.values(x)
+        values, slopes = np.empty((count, pulls.count)), np.zeros((count, pulls.count, x.shape[1]))
+        for k, value in enumerate(pulls.values(read, problem.clocks)):
+            values[:, k] = value
+        for (i, j), value in zip(pulls.entries, pulls.slopes(read, problem.clocks), strict=True):
+            slopes[:, i, j] = value
+        slopes[~np.isfinite(slopes).all(axis=2)] = 0.0
         levels: dict[int, tuple[list[FloatArray], list[FloatArray]]] = {}
         for level, first, stop, toward, turns, speed, _ in pulls.wishes:
             if toward is Toward.STAY:
-                want = -drawn[first:stop]
+                want = -drawn[:, first:stop]
             elif toward is Toward.VALUE:
-                want = -drawn[first:stop] - FOLLOWING * values[first:stop]
-                now, most = float(np.linalg.norm(want)), min(speed, law.fastest)
-                want = want * min(1.0, most / max(now, LEAST_DIVISOR))
+                want = -drawn[:, first:stop] - FOLLOWING * values[:, first:stop]
+                now, most = np.linalg.norm(want, axis=1, keepdims=True), min(speed, law.fastest)
+                want = want * np.minimum(1.0, most / np.maximum(now, LEAST_DIVISOR))
             else:
-                want = np.full(stop - first, -min(speed, FOLLOWING * WHOLE if turns else self.wide))
+                want = np.full((count, stop - first), -min(speed, FOLLOWING * WHOLE if turns else self.wide))
             rows, wants = levels.setdefault(level, ([], []))
-            rows.append(slopes[first:stop])
+            rows.append(slopes[:, first:stop])
             wants.append(want)
         damping = Damping(near=law.damping.near, far=law.damping.far)
-        found += [Level(np.concatenate(r), np.concatenate(w), damping) for _, (r, w) in sorted(levels.items())]
+        found += [(np.concatenate(r, 1), np.concatenate(w, 1), damping) for _, (r, w) in sorted(levels.items())]
         return found
 
     # --- on its equations
@@ -164,21 +193,21 @@ class PushCourse:
             found = self._frames[key] = self.block.metric.among(moving if moving.any() else np.ones_like(moving))
         return found
 
+    def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
+        """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
+        white, back = self.frame(np.ones(difference.shape[1], dtype=np.bool_))
+        return np.asarray(np.abs(difference @ back.T @ free @ white.T), dtype=np.float64)
+
     def restored(
-        self,
-        tau: float,
-        x: FloatArray,
-        contacts: Sequence[PartPair],
-        at: Sequence[float],
-        moving: BoolArray | None = None,
-    ) -> tuple[FloatArray, bool, Leeway]:
+        self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float], moving: BoolArray
+    ) -> tuple[FloatArray, bool]:
         """The core values nearest to ``x`` (n,) that satisfy the equations, and have these contacts ``at`` these
-        values; whether they do; and what is left free there. What is not ``moving`` stays, if it can.
+        values; and whether they do. What is not ``moving`` stays, if it can.
         """
         problem = self.at(tau)
         kept = [k for k in range(len(contacts)) if not np.isnan(at[k])]
         some, wanted = [contacts[k] for k in kept], np.array([at[k] for k in kept])
-        if moving is not None and moving.any() and not moving.all():
+        if moving.any() and not moving.all():
             found = self._restored(problem, x, some, wanted, moving)
             if found[1]:
                 return found
@@ -186,9 +215,9 @@ class PushCourse:
 
     def _restored(
         self, problem: BlockProblem, x: FloatArray, some: Sequence[PartPair], wanted: FloatArray, moving: BoolArray
-    ) -> tuple[FloatArray, bool, Leeway]:
-        white, back = self.frame(moving)
-        best, found, free = np.inf, x, np.eye(white.shape[1])
+    ) -> tuple[FloatArray, bool]:
+        white, _ = self.frame(moving)
+        best, found = np.inf, x
         inverse: FloatArray | None = None
         first = np.inf  # the error where the slopes are from
         for _ in range(14):
@@ -197,7 +226,7 @@ class PushCourse:
             rows = np.concatenate([problem.jacobian(x[None])[0], lines.slopes])
             wide, lengths = scaled((rows @ white)[None], np.ones(int(white.shape[1])))
             if not (np.isfinite(wide).all() and np.isfinite(residual).all()):
-                return found, False, Leeway(white, back, free)
+                return found, False
             plain = np.maximum(np.max(np.abs(rows) * self.scale, axis=1), LEAST_DIVISOR)
             error = float(np.max(np.abs(residual) / plain, initial=0.0))
             if not error < 0.5 * best:
@@ -205,15 +234,15 @@ class PushCourse:
                     found, best = x, error
                 break
             found, best = x, error
-            if error <= PUSH_RESTORED and inverse is not None:
+            if error <= PUSH_RESTORED:
                 break
             if error > PUSH_NEARLY or inverse is None:
-                _, free, inverse = null_space(wide[0])
+                _, _, inverse = null_space(wide[0])
                 first = error
             x = x - without_rounding(white @ (inverse @ (residual / lengths[0])), self.units)
             if first > error and first * error <= PUSH_RESTORED:  # what is left is their product, about
-                return x, True, Leeway(white, back, free)
-        return found, best <= RESTORED, Leeway(white, back, free)
+                return x, True
+        return found, best <= RESTORED
 
 
 def turning_of(block: Pushing, plan: Plan) -> Turning:
@@ -224,19 +253,6 @@ def turning_of(block: Pushing, plan: Plan) -> Turning:
         np.array([place[p] for p in cosines], dtype=np.intp),
         np.array([place[PoseSin(p.thing)] for p in cosines], dtype=np.intp),
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Leeway:
-    """The directions ``free`` (k, f), in unknowns that are ``white`` (n, k) of the core's (``back``: (k, n))."""
-
-    white: FloatArray
-    back: FloatArray
-    free: FloatArray
-
-    def along(self, difference: FloatArray) -> FloatArray:
-        """What of a ``difference`` (n,) goes that way."""
-        return self.white @ (self.free @ (self.free.T @ (self.back @ difference)))
 
 
 def moving(block: Pushing, rates: FloatArray) -> BoolArray:

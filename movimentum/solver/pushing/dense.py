@@ -1,16 +1,17 @@
-"""A step of a phase on its equations at any time: Chebyshev series through its poses at a few instants (Trefethen,
-*Approximation Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these
-poses cost nothing.
+"""A step of a phase at any time: Chebyshev series through the poses at a few instants of it (Trefethen, *Approximation
+Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these poses cost nothing.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME, PUSH_MET
 
@@ -35,6 +36,36 @@ FINE: FloatArray = np.linspace(0.0, 1.0, LOOKS + 1)
 _FINELY = basis(FINE)
 
 
+def _integrals() -> FloatArray:
+    """(`DEGREE` + 1, `DEGREE` + 1) the integrals of the Chebyshev polynomials from 0 to `SHARES`."""
+    s = 2.0 * SHARES - 1.0
+    first = basis(SHARES)
+    found = [0.5 * s, 0.25 * s * s]
+    for k in range(2, DEGREE + 1):
+        above = np.cos((k + 1) * np.arccos(np.clip(s, -1.0, 1.0)))
+        found.append(0.25 * (above / (k + 1) - first[:, k - 1] / (k - 1)))
+    table = np.stack(found, axis=1)
+    return np.asarray(table - table[:1], dtype=np.float64)
+
+
+INTEGRALS: FloatArray = _integrals() @ _SERIES
+"""(`DEGREE` + 1, `DEGREE` + 1): times values at `SHARES`, their integrals from the beginning to these shares."""
+
+
+def _derivatives() -> FloatArray:
+    """(`DEGREE` + 1, `DEGREE` + 1) the derivatives of the Chebyshev polynomials at `SHARES`."""
+    found: list[FloatArray] = [np.zeros(DEGREE + 1), np.full(DEGREE + 1, 2.0)]
+    first = basis(SHARES)
+    for k in range(2, DEGREE + 1):
+        before = found[k - 2] / (k - 2) if k > 2 else 0.0
+        found.append(k * (4.0 * first[:, k - 1] + before))
+    return np.stack(found, axis=1)
+
+
+DERIVATIVES: FloatArray = _derivatives() @ _SERIES
+"""The same: times values at `SHARES`, their derivatives there."""
+
+
 def series(values: FloatArray) -> FloatArray:
     """(`DEGREE` + 1, Q) the coefficients of values (`DEGREE` + 1, Q) at `SHARES`."""
     return np.asarray(_SERIES @ values, dtype=np.float64)
@@ -50,22 +81,39 @@ def smooth(coefficients: FloatArray, within: float) -> BoolArray:
     return np.asarray((np.abs(coefficients[-3:]) <= within).all(axis=0), dtype=np.bool_)
 
 
-class Dense:
-    """The core values ``x`` (`DEGREE` + 1, n) at `SHARES` of a step that begins at ``t0`` and takes ``h``, and the
-    ``problem`` there.
+@dataclass(frozen=True, slots=True, eq=False)
+class Stride:
+    """A step that begins at ``t0`` and takes ``h``: core values ``x`` (`DEGREE` + 1, n) at `SHARES` of it, their
+    ``rates``, and the ``problem`` there.
     """
 
-    def __init__(self, t0: float, h: float, problem: BlockProblem, x: FloatArray) -> None:
-        self.t0, self.h, self.problem, self.x = t0, h, problem, x
-        self._coefficients = series(x)
+    t0: float
+    h: float
+    problem: BlockProblem
+    x: FloatArray
+    rates: FloatArray
+    coefficients: FloatArray
 
-    def smooth(self, within: FloatArray) -> bool:
-        """Whether it is that near (n,) to the equations everywhere."""
-        return bool((np.abs(self._coefficients[-3:]) <= within).all())
+    @property
+    def times(self) -> FloatArray:
+        """(`DEGREE` + 1,) `SHARES` as times."""
+        return times_of(self.t0, self.h)
 
     def at(self, tau: FloatArray) -> FloatArray:
-        """The core values (F, n) at times (F,)."""
-        return np.asarray(basis((tau - self.t0) / self.h) @ self._coefficients, dtype=np.float64)
+        """The core values (F, n) at times (F,): of the polynomial."""
+        return at_shares(self.coefficients, (tau - self.t0) / self.h)
+
+
+def times_of(t0: float, h: float) -> FloatArray:
+    """(`DEGREE` + 1,) the times of a step."""
+    found = t0 + h * SHARES
+    found[0], found[-1] = t0, t0 + h
+    return np.asarray(found, dtype=np.float64)
+
+
+def at_shares(coefficients: FloatArray, w: FloatArray) -> FloatArray:
+    """(F, n) the values of series (`DEGREE` + 1, n) at shares (F,) of a step."""
+    return np.asarray(basis(w) @ coefficients, dtype=np.float64)
 
 
 def crossing(
@@ -105,18 +153,28 @@ def _less(now: float, before: float) -> float:
     return part if part > 0.0 else 0.5
 
 
-def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: float) -> list[tuple[float, int, bool]]:
-    """Where a ``value`` of shares of a step, which has the values ``fine`` (`LOOKS` + 1,) at `FINE`, falls below
-    -``closed``: the shares at which it is zero, each with the place before it in `FINE`; or, where it is that near to
-    zero just before (``True``), at which it is half of it below.
+class Fall(NamedTuple):
+    """At a ``share`` of a step, between ``low`` and ``high``, a value becomes zero; or, where it is so already
+    (``near``), clearly less.
     """
-    found: list[tuple[float, int, bool]] = []
 
-    def root(place: int, low: tuple[float, float], high: tuple[float, float]) -> None:
+    share: float
+    low: float
+    high: float
+    near: bool
+
+
+def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: float) -> list[Fall]:
+    """Where a ``value`` of shares of a step, which has the values ``fine`` (`LOOKS` + 1,) at `FINE`, falls below
+    -``closed``.
+    """
+    found: list[Fall] = []
+
+    def root(low: tuple[float, float], high: tuple[float, float]) -> None:
         near = low[1] <= closed
         level = -0.5 * closed if near else 0.0
         if low[1] - level <= 0.0:
-            found.append((low[0], place, near))
+            found.append(Fall(low[0], low[0], high[0], near))
             return
 
         def above(w: float) -> float:
@@ -124,22 +182,29 @@ def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: f
 
         ends = (low[0], low[1] - level), (high[0], high[1] - level)
         a, fa, b, fb = crossing(above, *ends, PUSH_DENSE_TIME, PUSH_MET * closed)
-        found.append((b if abs(fb) < abs(fa) else a, place, near))
+        found.append(Fall(b if abs(fb) < abs(fa) else a, low[0], high[0], near))
 
     for i in np.nonzero((fine[:-1] >= -closed) & (fine[1:] < -closed))[0].tolist():
-        root(i, (float(FINE[i]), float(fine[i])), (float(FINE[i + 1]), float(fine[i + 1])))
-    dips = (fine[1:-1] <= fine[:-2]) & (fine[1:-1] < fine[2:]) & (fine[1:-1] >= -closed)
-    dips &= fine[1:-1] <= fine[:-2] + fine[2:] - 2.0 * fine[1:-1]  # else what is left to fall is less
-    for i in (np.nonzero(dips)[0] + 1).tolist():
-        low, high = float(FINE[i - 1]), float(FINE[i + 1])
+        root((float(FINE[i]), float(fine[i])), (float(FINE[i + 1]), float(fine[i + 1])))
+    bent = np.diff(fine, 2)
+    left = np.concatenate([bent[:1], bent, bent[-1:]])  # so much may be left to fall
+    dips = (fine >= -closed) & (fine <= np.maximum(left, 0.0))
+    dips[1:] &= fine[1:] <= fine[:-1]
+    dips[:-1] &= fine[:-1] < fine[1:]
+    dips[[0, -1]] = (fine[[0, -1]] >= -closed) & (fine[[0, -1]] <= np.maximum(left[[0, -1]], 0.0))
+    for i in np.nonzero(dips)[0].tolist():
+        low, high = float(FINE[max(i - 1, 0)]), float(FINE[min(i + 1, LOOKS)])
         while high - low > PUSH_BRUSHES:
             places = np.linspace(low, high, NARROWED)
             values = value(places)
             k = min(max(int(np.argmin(values)), 1), NARROWED - 2)
+            above = np.nonzero(values[:k] >= -closed)[0]
+            if not len(above):
+                break
             if values[k] < -closed:
-                before = int(np.nonzero(values[:k] >= -closed)[0][-1])
+                before = int(above[-1])
                 ends = [(float(places[m]), float(values[m])) for m in (before, before + 1)]
-                root(i - 1, ends[0], ends[1])
+                root(ends[0], ends[1])
                 break
             if values[k] > values[k - 1] + values[k + 1] - 2.0 * values[k]:
                 break

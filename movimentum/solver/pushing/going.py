@@ -8,10 +8,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.pushing.closing import closes
 from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
-from movimentum.solver.pushing.course import Leeway, PushCourse
+from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.dense import Stride
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
 from movimentum.solver.pushing.steps import PhaseStep
@@ -31,17 +31,18 @@ class Seen:
     """Why a phase ends."""
 
     tau: float
+    shut: frozenset[PartPair] = frozenset()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     jammed: tuple[PartPair, ...] = ()
 
 
-Opened = tuple[frozenset[PartPair], tuple[PartPair, ...]]
-"""The contacts that open, and those that jam."""
+Opened = tuple[frozenset[PartPair], tuple[PartPair, ...], frozenset[PartPair]]
+"""The contacts that open, those that jam, and those that come to hold."""
 
 
 class Going:
-    """The motion of a phase: `Integrable` and `Watch`."""
+    """The motion of a phase: how fast, how long a step may be, and what happens in it."""
 
     def __init__(
         self,
@@ -56,38 +57,24 @@ class Going:
         see `PhaseStep`.
         """
         self.course, self.tau, self.passed = course, tau, passed
-        self.turning, self.first = course.turning, FIRST_STEP * course.ahead(tau)
+        self.first = FIRST_STEP * course.ahead(tau)
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
-        self.leeway: Leeway | None = None
-        self.rates: list[FloatArray] = []
         self.event: Seen | None = None
 
-    # --- Integrable
+    def velocity(self, tau: float, x: FloatArray, after: bool = False) -> FloatArray:
+        """The velocity (n,) at core values ``x`` (n,); ``after``: that of what comes after, if there is a kink."""
+        return held(self.course.instant(tau, x, self.touching, after), self.which)
 
-    def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
-        """See `Integrable`."""
-        found = held(self.course.instant(tau, x, self.touching, after), self.which)
-        self.rates = [*self.rates[-1:], found]
-        return found
-
-    def restored(self, tau: float, x: FloatArray, tangent: Tangent | None = None) -> tuple[FloatArray, bool, Tangent]:
-        """See `Integrable`."""
-        moving = self.course.moving(self.rates) if self.rates else None
-        found, good, self.leeway = self.course.restored(tau, x, self.held, self.at, moving)
-        return found, good, tangent  # type: ignore[return-value]
-
-    # --- Watch
-
-    def undetermined(self, difference: FloatArray) -> FloatArray:
-        """See `Watch`."""
-        return difference if self.leeway is None else self.leeway.along(difference)
+    def determined(self, tau: float, x: FloatArray) -> bool:
+        """Whether nothing is free where the phase begins: there `velocity` has just been asked for."""
+        return not self.course.instant(tau, x, self.touching, True).whitened(self.which).free.shape[1]
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
-        """See `Watch`: outlines that are near move and turn only so much."""
+        """How long a step may be at most: outlines that are near move and turn only so much."""
         bodies, most = self.course.contacts.bodies, self.course.ahead(tau)
         if not bodies.sides:
             return most
@@ -108,11 +95,10 @@ class Going:
         """(4, B) where outlines are."""
         return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
-    def seen(
-        self, begin: tuple[float, FloatArray, FloatArray], end: tuple[float, FloatArray, FloatArray]
-    ) -> tuple[float, FloatArray, FloatArray] | None:
-        """See `Watch`."""
-        step = PhaseStep(self.course, self.held, self.at, self.passed, begin, end, self._lines(*end[:2]))
+    def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
+        """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""
+        end = float(stride.times[-1]), stride.x[-1]
+        step = PhaseStep(self.course, self.held, self.at, self.passed, stride, self._lines(*end))
         closing, leaves = closes(step), step.leaves()
         if closing is not None and leaves is not None and leaves > closing[0] and step.replaces(closing[1], leaves):
             closing = None
@@ -124,17 +110,20 @@ class Going:
         if opened is not None:
             first, last, opened = self._first_opening(step, first, opened)
         if opened is None and closing is None and leaves is None:
-            self._forget(*end[:2])
+            self._forget(*end)
             return None
         jammed = () if opened is None else opened[1]
         gone = frozenset[PartPair]() if opened is None else opened[0]
         left = frozenset(step.left(first, last)) if leaving and opened is None else frozenset[PartPair]()
-        self.event = Seen(first, left, gone, jammed)
+        shut = frozenset[PartPair]() if opened is None else opened[2]
+        if closing is not None and closing[0] <= first:
+            shut |= {closing[1]}
+        self.event = Seen(first, shut, left, gone, jammed)
         return first, last, self.velocity(first, last)
 
     def _opens(self, tau: float, x: FloatArray) -> Opened | None:
-        """Of the contacts that hold, those that open, and those that jam; None where all goes on. (Where others come to
-        hold too, there is none of both.)
+        """Of the contacts that hold, those that open, and those that jam; and others that come to hold. None where
+        all goes on.
         """
         now = self._now(tau, x, self.course.closed)
         found = moved(now, self.which)
@@ -142,13 +131,14 @@ class Going:
             now = self._now(tau, x, self.course.barely)
             found = moved(now, self.which)
         if found.v is None:
-            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds))
+            return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds)), frozenset[PartPair]()
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
-        if not open_ and not set(numbered(found.holds)) - set(numbered(self.which)):
+        more = set(numbered(found.holds)) - set(numbered(self.which))
+        if not open_ and not more:
             return None
         if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
             return None  # what holds besides is not needed
-        return frozenset(self.touching[k] for k in open_), ()
+        return frozenset(self.touching[k] for k in open_), (), frozenset(self.touching[k] for k in more)
 
     def _lines(self, tau: float, x: FloatArray) -> Lines:
         """What holds, at core values ``x`` (n,) whose velocity has been asked for."""
@@ -174,37 +164,42 @@ class Going:
         """The time from which on something that holds opens, or nothing may move, the core values there, and what does
         so; ``opened``: what does ``until``.
 
-        Opening grows evenly from zero at first. So where it begins is seen from two times after that, and then looked
-        for on both sides of what is seen. What is seen is more than rounding, so in the end it has begun a little
-        before.
+        Opening grows evenly from zero at first. So where it begins is seen from two times after that. What is seen is
+        more than rounding, so it has begun a little before; but it has not long before.
         """
         good, bad = step.t0, until
         seen = [(until, self._opening(step, until))]
-        before = True
-        for _ in range(80):
+        tau, begin = 0.5 * (good + bad), np.nan
+        for _ in range(60):
             if bad - good <= PUSH_EVENT * step.h:
                 break
-            tau = 0.5 * (good + bad)
-            if len(seen) > 1:
-                (first, small), (second, large) = seen[-1], seen[-2]
-                begin = first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
-                aside = max(PUSH_ASIDE * (bad - begin), 0.4 * PUSH_EVENT * step.h)
-                aim = begin - aside if before else begin + aside
-                tau = aim if good < aim < bad else tau
             found = self._opens(tau, step.at(tau))
-            before = found is not None
             if found is not None:
                 bad, opened = tau, found
                 seen.append((tau, self._opening(step, tau)))
             else:
                 good = tau
-        first, small = seen[-1]
-        second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
-        if 0.0 < small < large:
-            begin = first - small * (second - first) / (large - small)
-            bad = begin if step.t0 <= begin and bad - begin <= PUSH_BEGUN * step.h else bad
+            last, begin = begin, _begun(seen)
+            near = bad - begin
+            tau = 0.5 * (good + bad)
+            if not near > 0.0:
+                continue
+            aside = max(PUSH_ASIDE * near, 0.4 * PUSH_EVENT * step.h)
+            if good >= begin - 2.0 * aside and abs(begin - last) <= PUSH_BEGUN * step.h and last != begin:
+                bad = max(begin, step.t0)
+                break
+            aim = begin - aside if good < begin - 2.0 * aside else begin + 0.1 * near
+            tau = aim if good < aim < bad else tau
+        bad = step.t0 if bad - step.t0 <= PUSH_EVENT * step.h else bad
         return bad, step.at(bad), opened
 
     def _opening(self, step: PhaseStep, tau: float) -> float:
         found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
         return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))
+
+
+def _begun(seen: Sequence[tuple[float, float]]) -> float:
+    """When something begins to open, from times and openings, of which the last is the smallest; nan: nobody knows."""
+    first, small = seen[-1]
+    second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
+    return first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan

@@ -10,7 +10,7 @@ from movimentum.arrays import FloatArray
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.pushing.contacts import Contacts, PartPair
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_RANK, PUSH_ROUNDING
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_AFTER_THIS, PUSH_RANK, PUSH_RESTORED
 
 ROUNDS = 12
 """Newton steps at most."""
@@ -45,7 +45,7 @@ def held_at(
         off = np.where(np.isfinite(off), off, np.inf)
         better = off < error[going]
         best[going[better]] = x[going[better]]
-        go = better & (off > PUSH_ROUNDING) & (off < 0.5 * error[going])
+        go = better & (off > PUSH_RESTORED) & (off < 0.5 * error[going])
         error[going] = np.where(better, off, error[going])
         if not go.any():
             break
@@ -53,6 +53,12 @@ def held_at(
         # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
         squares = matrix @ np.swapaxes(matrix, 1, 2) + PUSH_RANK * np.eye(matrix.shape[1])
         step = np.swapaxes(matrix, 1, 2) @ np.linalg.solve(squares, right[..., None])
+        last = off[go] <= PUSH_AFTER_THIS
         going = going[go]
         x[going] -= step[..., 0] @ frame.T
+        done = going[last]
+        best[done], error[done] = x[done], np.square(error[done])
+        going = going[~last]
+        if not len(going):
+            break
     return best, error

@@ -13,15 +13,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.continuation.free_motion import drift
-from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
+from movimentum.solver.pushing.dense import DEGREE
 from movimentum.solver.pushing.going import Going
 from movimentum.solver.pushing.law import Instant, moved, openings, stopped
 from movimentum.solver.pushing.overlap import overlapping
 from movimentum.solver.pushing.programs import numbered
+from movimentum.solver.pushing.strides import Strides
 from movimentum.solver.pushing.tracks import Event, Happening, Phase, PushEnd, PushTrack
 from movimentum.tolerances import FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_ALIKE, PUSH_AT_ONCE, PUSH_OVERLAP
 
@@ -40,13 +39,13 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
 def gone_on(
     course: PushCourse, x: FloatArray, nodes: FloatArray, until: float, tolerance: float = FREE_MOTION_STEP
 ) -> PushTrack:
-    """The same from a pose in which nothing overlaps. ``tolerance``: see `drift`."""
+    """The same from a pose in which nothing overlaps. ``tolerance``: of a step, in units of the unknowns' scale."""
     tau = float(nodes[0])
     end = min(until, float(nodes[-1]))
-    parts: list[NodeTrack] = []
+    parts: list[Strides] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands, again = 0, frozenset[PartPair]()
+    stands, again, shut = 0, frozenset[PartPair](), frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
     before: tuple[PartPair, ...] = ()
@@ -56,7 +55,7 @@ def gone_on(
     while True:
         passed, undecided = _passed(course, tau, x, tips, before, left)
         events += [Event(tau, Happening.UNDECIDED, *pair) for pair in dict.fromkeys(map(contacts.pair, undecided))]
-        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before))
+        going, blocked = _begun(course, tau, x, touching, passed, opened, frozenset(before), shut)
         if going is None:
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
@@ -69,20 +68,21 @@ def gone_on(
             break
         if tau >= end:
             break
-        grid = np.array([tau, float(nodes[-1])])
-        part = drift(going, x, course.scale, grid, end, tolerance, watch=going)
+        part = Strides(going, tolerance)
+        part.go(tau, x, end, float(nodes[-1]) - tau)
         parts.append(part)
-        phases[-1] = Phase(tau, going.held, going.at, course.moving(list(part.rates)))
+        phases[-1] = Phase(tau, going.held, going.at, part.moving)
         event = going.event
         if event is None:
-            if part.until < end:
+            if part.tau < end:
                 why = PushEnd.LOST
-            tau, x = part.until, part.values[-1]
+            tau, x = part.tau, part.x
             break
         stands = stands + 1 if event.tau - tau <= PUSH_AT_ONCE * (nodes[-1] - nodes[0]) else 0
-        tau, x = event.tau, part.values[-1]
+        tau, x = event.tau, part.x
         left, opened = event.left, event.opened
         again = (again if stands else frozenset[PartPair]()) | opened
+        shut = (shut | event.shut) - opened if stands else frozenset[PartPair]()
         if event.jammed:
             why, jammed = PushEnd.JAM, event.jammed
             break
@@ -94,7 +94,7 @@ def gone_on(
     told = tuple(map(contacts.pair, jammed))
     if why is PushEnd.JAM:
         events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)), course.turning)
+    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
@@ -130,9 +130,10 @@ def _begun(
     passed: frozenset[PartPair],
     opened: frozenset[PartPair],
     before: frozenset[PartPair],
+    shut: frozenset[PartPair],
 ) -> tuple[Going | None, tuple[PartPair, ...]]:
     """The phase that begins with core values ``x`` (n,) where these are ``touching``, of which some have ``passed``, or
-    have ``opened``; or what jams. What has held ``before`` is the first guess.
+    have ``opened``; or what jams. What has held ``before`` is the first guess; what has ``shut`` at once holds.
     """
     some = [contact for contact in touching if contact not in passed]
     now = course.instant(tau, x, some, after=True)
@@ -148,14 +149,15 @@ def _begun(
         apart = {contact for contact, value in zip(some, values, strict=True) if value > course.barely} - before
         if apart:  # they are closed but for a rounding, and jam only if they come to be closed
             rest = [contact for contact in touching if contact not in apart]
-            return _begun(course, tau, x, rest, passed, opened, before)
+            return _begun(course, tau, x, rest, passed, opened, before, shut)
         return None, tuple(some[k] for k in numbered(found.holds))
     holds = set(numbered(found.holds))
     stops = numbered(stopped(found.holds, found.opening, found.tolerance))
     which = [k for k in stops if k in holds or some[k] not in opened]
+    which = sorted({*which, *(k for k, contact in enumerate(some) if contact in shut)})
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
-    wanted = course.contacts.wanted(problem, x[None])
+    wanted = course.contacts.wanted(problem, x[None])[0]
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
         contact = some[k]
@@ -228,7 +230,7 @@ def _changes(contacts: Contacts, before: Iterable[PartPair], after: Iterable[Par
 
 
 def _joined(
-    parts: Sequence[NodeTrack],
+    parts: Sequence[Strides],
     tau: float,
     x: FloatArray,
     until: float,
@@ -236,15 +238,13 @@ def _joined(
     events: Sequence[Event],
     end: PushEnd,
     jammed: Sequence[tuple[int, tuple[int, int] | None]],
-    turning: Turning,
 ) -> PushTrack:
-    kept = [part for part in parts if len(part.tau)]
-    if not kept:
-        kept = [NodeTrack(np.array([tau]), x[None], np.zeros((1, len(x))), until)]
+    strides = [stride for part in parts for stride in part.taken]
+    rate = parts[-1].rate if parts else np.zeros_like(x)
     return PushTrack(
-        np.concatenate([part.tau for part in kept]),
-        np.concatenate([part.values for part in kept]),
-        np.concatenate([part.rates for part in kept]),
+        np.array([*(stride.t0 for stride in strides), tau]),
+        np.array([*(stride.x[0] for stride in strides), x]),
+        np.array([*(stride.rates[0] for stride in strides), rate]),
         until,
         FREE_MOTION_STEP,
         0,
@@ -252,5 +252,8 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
-        turning=turning,
+        (),
+        np.array([stride.t0 for stride in strides]),
+        np.array([stride.h for stride in strides]),
+        np.array([stride.coefficients for stride in strides]).reshape(-1, DEGREE + 1, len(x)),
     )

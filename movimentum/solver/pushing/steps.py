@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.solver.pushing.contacts import Lines, PartPair
 from movimentum.solver.pushing.course import PushCourse
-from movimentum.solver.pushing.dense import SHARES, Dense, crossing
-from movimentum.solver.pushing.holding import held_at
+from movimentum.solver.pushing.dense import Stride, crossing
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     OUTLINE_FAN,
     PUSH_ALIKE,
-    PUSH_DENSE,
+    PUSH_BRUSHES,
     PUSH_EVENT,
     PUSH_LOOK,
     PUSH_MET,
-    RESTORED,
 )
 
 
@@ -35,64 +32,39 @@ class PhaseStep:
         held: tuple[PartPair, ...],
         at: tuple[float, ...],
         passed: frozenset[PartPair],
-        begin: tuple[float, FloatArray, FloatArray],
-        end: tuple[float, FloatArray, FloatArray],
+        stride: Stride,
         last: Lines,
     ) -> None:
         """``last``: what is held, at the end."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
-        (self.t0, self.x0, self.v0), (self.t1, self.x1, self.v1) = begin, end
-        self.h, self.last = self.t1 - self.t0, last
-        self.moving = course.moving([self.v0, self.v1])
-        self._known: dict[float, FloatArray] = {self.t0: self.x0, self.t1: self.x1}
+        self.stride, self.last, self.h = stride, last, stride.h
+        self.t0, self.t1 = float(stride.times[0]), float(stride.times[-1])
+        self.moving = course.moving(stride.rates)
+        self._known: dict[float, FloatArray] = {self.t0: stride.x[0], self.t1: stride.x[-1]}
 
     # --- where things are
 
-    def between(self, tau: FloatArray) -> FloatArray:
-        """The core values (…, n) of the cubic through both ends, at times (…,)."""
-        w = np.asarray((tau - self.t0) / self.h)
-        return self.course.turning.between(self.x0, self.x1, self.v0 * self.h, self.v1 * self.h, w)
-
     def at(self, tau: float) -> FloatArray:
-        """The same, on the equations."""
+        """The core values (n,) at ``tau``, on the equations."""
         if tau not in self._known:
-            guess = self.between(np.array(tau))
+            guess = self.stride.at(np.array([tau]))[0]
             self._known[tau] = self.course.restored(tau, guess, self.held, self.values, self.moving)[0]
         return self._known[tau]
 
-    def about(self, tau: FloatArray) -> FloatArray:
-        """(F, n) nearly the same at many times (F,), for next to nothing: to look for what happens."""
-        dense = self._dense
-        return self._on_equations(tau)[1] if dense is None else dense.at(tau)
-
     def places(self, some: Sequence[PartPair], tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The values of contacts, ``along`` and ``fan`` (F, k), at times (F,), see `about`."""
-        return self.course.contacts.places(some, self.course.probe(tau), self.about(tau))
+        """The values of contacts, ``along`` and ``fan`` (F, k), at times (F,), on the step's polynomial: to
+        look for what happens.
+        """
+        return self.course.contacts.places(some, self.course.probe(tau), self.stride.at(tau))
 
     def places_at(self, some: Sequence[PartPair], tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The same (k,) at one time, see `at`."""
+        """The same (k,) at one time, on the equations."""
         found = self.course.contacts.places(some, self.course.at(tau), self.at(tau)[None])
         return found[0][0], found[1][0], found[2][0]
 
-    def nodes_of(self, some: Sequence[PartPair]) -> FloatArray | None:
-        """(`DEGREE` + 1, k) the values of contacts at `SHARES` of the step; None where its motion is not smooth."""
-        dense = self._dense
-        return None if dense is None else self.course.contacts.places(some, dense.problem, dense.x)[0]
-
-    @cached_property
-    def _dense(self) -> Dense | None:
-        times = self.t0 + self.h * SHARES
-        good, x = self._on_equations(times)
-        x[0], x[-1] = self.x0, self.x1
-        x[:, ~self.moving] = self.x0[~self.moving]
-        dense = Dense(self.t0, self.h, self.course.probe(times), x)
-        return dense if good and dense.smooth(PUSH_DENSE * self.course.scale) else None
-
-    def _on_equations(self, tau: FloatArray) -> tuple[bool, FloatArray]:
-        course, guess = self.course, self.between(tau)
-        white, _ = course.frame(self.moving)
-        x, off = held_at(course.contacts, course.probe(tau), guess, self.held, self.values, white)
-        return bool((off <= RESTORED).all()), x
+    def nodes_of(self, some: Sequence[PartPair]) -> FloatArray:
+        """(`DEGREE` + 1, k) the values of contacts at `SHARES` of the step."""
+        return self.course.contacts.places(some, self.stride.problem, self.stride.x)[0]
 
     # --- when something comes to touch
 
@@ -127,6 +99,23 @@ class PhaseStep:
         _, along, fan = self.places_at([contact], tau)
         return tau if along[0] >= -closed and fan[0] >= -OUTLINE_FAN else None
 
+    def comes(self, contact: PartPair, low: float, high: float) -> float | None:
+        """When a gap closes whose place comes onto its parts between two times, if it has opened by then: beside its
+        parts its value says nothing.
+        """
+
+        def beside(tau: float) -> float:
+            return -self.inside(contact, tau)
+
+        first, last = beside(low), beside(high)
+        if not first > 0.0 > last:
+            return None
+        there = crossing(beside, (low, first), (high, last), PUSH_BRUSHES * self.h)[2]
+        now, closed = float(self.places_at([contact], there)[0][0]), self.course.closed
+        if now > closed:
+            return self.met(contact, there, (there, high), 0.0)
+        return there if now > -closed and self._slack_at(contact, there) >= -closed else None
+
     def replaces(self, contact: PartPair, tau: float) -> bool:
         """Whether something that closes does so because an outline goes on smoothly from a part to the next one: what
         holds pushes just as it would.
@@ -140,9 +129,19 @@ class PhaseStep:
     # --- a contact leaves its parts
 
     def leaves(self) -> float | None:
-        """When the first of what holds comes to the end of its parts."""
-        gone = np.nonzero(self._slack(self.last.along, self.last.fan) < 0.0)[0].tolist()
-        return min((self._slack_root(self.held[k]) for k in gone if self.held[k].gap >= 0), default=None)
+        """When the first of what holds comes to the end of its parts, be it only for a part of the step: the motion may
+        turn back within it.
+        """
+        some = [k for k, contact in enumerate(self.held) if contact.gap >= 0]
+        if not some:
+            return None
+        least = self._slack(self.last.along, self.last.fan)[some]
+        slack = self._slack(*self.places([self.held[k] for k in some], self._looks())[1:])
+        gone = np.nonzero((least < 0.0) | (slack[1:-1] < -self.course.closed).any(axis=0))[0].tolist()
+        return min((self._slack_root(self.held[some[k]]) for k in gone), default=None)
+
+    def _looks(self) -> FloatArray:
+        return self.t0 + self.h * np.linspace(0.0, 1.0, 13)
 
     def _slack(self, along: FloatArray, fan: FloatArray) -> FloatArray:
         """How far contacts are inside their parts."""
@@ -150,7 +149,7 @@ class PhaseStep:
         return np.minimum(along + self.course.closed, size * (fan + OUTLINE_FAN))
 
     def _slack_root(self, contact: PartPair) -> float:
-        times = self.t0 + self.h * np.linspace(0.0, 1.0, 13)
+        times = self._looks()
         slack = self._slack(*self.places([contact], times)[1:])[:, 0]
         slack[0], slack[-1] = self._slack_at(contact, self.t0), self._slack_at(contact, self.t1)
         if slack[0] <= 0.0:
@@ -158,7 +157,7 @@ class PhaseStep:
         k = int(np.nonzero(slack < 0.0)[0][0])
 
         def nearly(tau: float) -> float:
-            return float(self._slack(*self.places([contact], np.array([tau]))[1:])[0, 0])
+            return self.inside(contact, tau)
 
         def truly(tau: float) -> float:
             return self._slack_at(contact, tau)
@@ -169,9 +168,14 @@ class PhaseStep:
         first, last = truly(tau - width), truly(tau)
         if first >= 0.0 > last:
             return tau
-        ends = (self.t0, float(slack[0])), (self.t1, float(slack[-1]))
+        out = len(times) - 1 if slack[-1] < 0.0 else k
+        ends = (self.t0, float(slack[0])), (float(times[out]), self._slack_at(contact, float(times[out])))
         low, high = ((tau, last), ends[1]) if last >= 0.0 else (ends[0], (tau - width, first))
         return crossing(truly, low, high, width)[2]
+
+    def inside(self, contact: PartPair, tau: float) -> float:
+        """How far a contact is inside its parts, on the step's polynomial."""
+        return float(self._slack(*self.places([contact], np.array([tau]))[1:])[0, 0])
 
     def _slack_at(self, contact: PartPair, tau: float) -> float:
         return float(self._slack(*self.places_at([contact], tau)[1:])[0])

@@ -10,8 +10,8 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.continuation.turning import Turning
 from movimentum.solver.pushing.contacts import PartPair
+from movimentum.solver.pushing.dense import DEGREE, basis
 from movimentum.solver.pushing.overlap import Overlapping
 
 
@@ -66,7 +66,7 @@ class PushEnd(StrEnum):
 class PushTrack(NodeTrack):
     """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
     why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps.
-    ``turning``: which unknowns turn.
+    ``begins`` (S,), ``lengths`` (S,) and ``coefficients`` (S, `DEGREE` + 1, n): the series of its steps.
     """
 
     phases: Sequence[Phase] = ()
@@ -74,14 +74,14 @@ class PushTrack(NodeTrack):
     end: PushEnd = PushEnd.NONE
     jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
     overlaps: Sequence[Overlapping] = ()
-    turning: Turning | None = None
+    begins: FloatArray = field(default_factory=lambda: np.zeros(0))
+    lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
+    coefficients: FloatArray = field(default_factory=lambda: np.zeros((0, DEGREE + 1, 0)))
 
     def guess(self, tau: FloatArray) -> FloatArray:
         """See `NodeTrack`."""
-        if len(self.tau) == 1 or self.turning is None:
+        if not len(self.begins):
             return NodeTrack.guess(self, tau)
-        h = np.diff(self.tau)
-        j = np.clip(np.searchsorted(self.tau, tau, side="right") - 1, 0, len(h) - 1)
-        w = np.clip((tau - self.tau[j]) / h[j], -0.5, 1.5)
-        a, b, da, db = (each[j + k] for each in (self.values, self.rates) for k in (0, 1))
-        return self.turning.between(a, b, da * h[j, None], db * h[j, None], w).T
+        j = np.clip(np.searchsorted(self.begins, tau, side="right") - 1, 0, len(self.begins) - 1)
+        w = (tau - self.begins[j]) / self.lengths[j]
+        return np.einsum("fd,fdn->nf", basis(w), self.coefficients[j])

@@ -25,7 +25,7 @@ from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.records import dataclass
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.tolerances import (
     HOMOTOPY_DIFFERENCE,
@@ -121,7 +121,7 @@ class AllSolutions:
                 ends, finished = _track(self.family, 0.1)
                 if finished:
                     return RealSolutions(self._real(ends), True, len(self.family.roots))
-            return remembered(lambda: self._key(values, clocks), lambda: self._every(values, clocks))
+            return memoized(lambda: self._key(values, clocks), lambda: self._every(values, clocks))
 
     def _key(self, values: Inputs, clocks: list[float]) -> Hashable:
         """Everything that the solutions depend on."""

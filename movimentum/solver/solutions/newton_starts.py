@@ -16,7 +16,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbe
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.leaves import ContactPlace
-from movimentum.solver.basis.memory import answered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
@@ -210,10 +210,9 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
     One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
     `newton_starts` finds them.
     """
-    return answered(
-        lambda: _free_start_key(plan, problem, carry),
-        lambda sides: _free_start(plan, problem, carry, sides),
-        _sides(plan, problem.first()),
+    sides, stated = _sides(plan, problem.first())
+    return memoized(
+        lambda: _free_start_key(plan, problem, carry, stated), lambda: _free_start(plan, problem, carry, sides)
     )
 
 
@@ -277,8 +276,8 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     return Starts(best(found), True)
 
 
-def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry) -> Hashable:
-    """Everything that `free_start` depends on but the inequalities; None where that cannot be told."""
+def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Hashable) -> Hashable:
+    """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that cannot be told."""
     block, one = problem.block, problem.first()
     assert isinstance(block, Free)
     if not block.identity:
@@ -295,7 +294,7 @@ def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry) -> Hashable
         plan.size,
     ]
     known = tuple(value is None for value in carried), tuple(t in carry.now.known for t in things)
-    return "free", block.identity, tuple(inputs), np.array(numbers).tobytes(), known, carry.shown
+    return "free", block.identity, tuple(inputs), np.array(numbers).tobytes(), known, carry.shown, stated
 
 
 def _on_its_side(
@@ -309,19 +308,22 @@ def _on_its_side(
     return next((pose for pose in shorter if pose is not None and sides(pose.x)), nearest)
 
 
-def _sides(plan: Plan, one: BlockProblem) -> Sides:
+def _sides(plan: Plan, one: BlockProblem) -> tuple[Sides, Hashable]:
+    """Whether the inequalities that can be told from core values hold, and what that depends on beside them."""
     asked = {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
     given = _given(plan, one, asked)
     known = {*one.block.unknowns, *one.inputs, *given}
     stated = zip(plan.system.selectors, plan.selectors, strict=True)
-    own = [function for selector, function in stated if symbol_numbers(selector.value) <= known]
+    own = [(selector.value, function) for selector, function in stated if symbol_numbers(selector.value) <= known]
     least = -INEQUALITY_MET * plan.size
 
     def satisfied(x: FloatArray) -> bool:
         there = {**given, **one.completed(x[None])}
-        return all(first_of(value(there, one.clocks)[0]) >= least for value in own)
+        return all(first_of(value(there, one.clocks)[0]) >= least for _, value in own)
 
-    return satisfied
+    times = (*plan.clocks, *(float(clock[0]) for clock in one.clocks))
+    numbers = tuple((n, first_of(value)) for n, value in given.items())
+    return satisfied, (tuple(value for value, _ in own), numbers, times, least)
 
 
 def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int, FloatArray]:

@@ -26,7 +26,7 @@ from movimentum.planning.structure.decompose import Group
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.instants import at_offsets
-from movimentum.solver.basis.memory import code_of, remembered
+from movimentum.solver.basis.memory import code_of, memoized
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import BlockProblem
@@ -216,7 +216,7 @@ def _compiled(demands: Demands) -> Demands:
         known = block_key(0, system, equations, group, clocks, ())
         return known and ("demands", known)
 
-    block = remembered(key, lambda: dense_block(system, group, clocks))
+    block = memoized(key, lambda: dense_block(system, group, clocks))
     found = replace(demands, block=block, weights=np.ones(len(equations)))
     return replace(found, weights=_weights(found))
 

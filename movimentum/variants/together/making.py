@@ -19,7 +19,7 @@ from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.judge import Judge
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.kernels import lifted
-from movimentum.solver.start.deceptive import deceptive
+from movimentum.solver.start.mobile_groups import mobile_groups
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.variants.together.pattern import (
     BlockFormulas,
@@ -78,7 +78,7 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
     if any(constraint.paired for constraint in segment.active):
         _check_teeth(segment, unfolding)
     structure = structure_of(scene, segment, {})
-    if first and deceptive(structure, as_drawn(scene), size):
+    if first and mobile_groups(structure, as_drawn(scene), size):
         raise NotTogether("a mechanism that moves although it looks determined")
     plan = compile_structure(structure, size, None)
     if any(not _known_kind(block) for block in plan.blocks):

@@ -16,7 +16,7 @@ from movimentum.planning.lowering.equations import Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
-from movimentum.solver.basis.memory import remembered
+from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
@@ -26,7 +26,7 @@ LARGEST = 700
 """Unknowns of a group that is looked at (its Jacobian is dense)."""
 
 
-def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]:
+def mobile_groups(structure: Structure, carry: Carry, size: float) -> frozenset[int]:
     """An unknown of each group that the pose carried over (or drawn) satisfies, and that can move there although its
     structure says that it cannot.
     """
@@ -44,7 +44,7 @@ def deceptive(structure: Structure, carry: Carry, size: float) -> frozenset[int]
                 apart |= set(group.unknowns)
             elif _may_deceive(system, group):
                 rows = _PolynomialRows.of(system, group, values, size)
-                if rows is not None and remembered(rows.key, rows.is_mobile):
+                if rows is not None and memoized(rows.key, rows.is_mobile):
                     found.add(group.unknowns[0])
     return frozenset(found)
 

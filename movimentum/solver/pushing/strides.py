@@ -1,0 +1,169 @@
+"""Going on in a phase: steps in which the velocities at thirteen instants, all found at once, are integrated as
+polynomials until they agree with the poses that they lead to (Picard iteration on Chebyshev points; Clenshaw & Norton
+1963, Comput. J. 6; Bai & Junkins 2011, J. Astronaut. Sci. 58).
+
+What the constraints determine is found from them, at every instant; what they leave open is integrated. A step is as
+long as its polynomials are accurate. So between events few steps are needed, and inside of one everything is known.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.records import dataclass, field
+from movimentum.solver.basis.tightening import tightening
+from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.free.velocity import Nearby
+from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
+from movimentum.solver.pushing.holding import held_at
+from movimentum.tolerances import (
+    COARSEST_FREE_MOTION_STEP,
+    LEAST_DIVISOR,
+    PUSH_DENSE,
+    PUSH_GUESS,
+    RESTORED,
+    SHORTEST_PATH_STEP,
+)
+
+if TYPE_CHECKING:
+    from movimentum.solver.pushing.going import Going
+
+ROUNDS = 24
+"""So often velocities are found in a step at most."""
+AGREED = 0.1
+"""Of what a step may be off: how near what it leads to has to be to what it was found from."""
+STEPS = 1500
+"""So many in one phase; a motion that needs more is given a hundredth of the accuracy each time."""
+STAGES = 3
+"""So many times, before it cannot be followed."""
+LONGER, SHORTER = 6.0, 0.1
+"""How much longer or shorter the next step is, at most."""
+LOST = 0.3
+"""The same where velocities and poses do not come to agree."""
+SLOW = 10
+"""Rounds: a step that takes more is followed by none that is longer."""
+
+
+@dataclass(slots=True, eq=False)
+class Strides:
+    """What a phase has gone: its steps, each up to where it is used; the last may end at an event."""
+
+    going: Going
+    tolerance: float
+    taken: list[Stride] = field(default_factory=list[Stride])
+    tau: float = 0.0
+    x: FloatArray = field(default_factory=lambda: np.zeros(0))
+    rate: FloatArray = field(default_factory=lambda: np.zeros(0))
+    determined: bool = False
+
+    def go(self, tau: float, x: FloatArray, end: float, total: float) -> None:
+        """From core values ``x`` (n,) at ``tau`` to the ``end``, or the first event, or where it cannot be followed."""
+        going, tolerance = self.going, self.tolerance * tightening()
+        self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
+        self.determined = going.determined(tau, x)
+        length, spent, stage = going.first, 0, 0
+        while self.tau < end:
+            spent += 1
+            if spent > STEPS:
+                spent, stage, tolerance = 0, stage + 1, min(100.0 * tolerance, COARSEST_FREE_MOTION_STEP)
+                if stage >= STAGES:
+                    return
+            step = min(length, going.longest(self.tau, self.x, self.rate), end - self.tau)
+            if end - self.tau - step < 1e-3 * step:
+                step = end - self.tau
+            found, off, rounds = self._stride(step, tolerance)
+            if found is None:
+                if step <= SHORTEST_PATH_STEP * total:
+                    return
+                length = step * (float(np.clip(0.9 * off ** (-1.0 / DEGREE), SHORTER, 0.5)) if off < np.inf else LOST)
+                continue
+            self.taken.append(found)
+            event = going.seen(found)
+            if event is not None:
+                self.tau, self.x, self.rate = event
+                return
+            self.tau, self.x, self.rate = self.tau + step, found.x[-1], found.rates[-1]
+            longer = float(np.clip(0.9 * max(off, LEAST_DIVISOR) ** (-1.0 / DEGREE), SHORTER, LONGER))
+            length = step * (longer if rounds < SLOW else min(longer, 1.0))
+
+    @property
+    def moving(self) -> BoolArray:
+        """(n,) which unknowns move at all."""
+        return self.going.course.moving(np.concatenate([self.rate[None], *(stride.rates for stride in self.taken)]))
+
+    def _determined(self, step: float, problem: BlockProblem, guess: FloatArray) -> tuple[Stride | None, float, int]:
+        """The same where nothing is free: the poses alone tell how fast they change."""
+        going, course, x = self.going, self.going.course, self.x
+        moving = course.moving(self.rate[None])
+        frame, _ = course.frame(moving)
+        there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+        if not (off <= RESTORED).all():
+            moving = np.ones(len(x), dtype=np.bool_)
+            frame, _ = course.frame(moving)
+            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+        if not (off <= RESTORED).all():
+            return None, np.inf, 1
+        there[0] = x
+        coefficients = series(there)
+        rates = DERIVATIVES @ there / step
+        rates[:, ~moving] = 0.0
+        last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
+        begun = step * float(np.max(np.abs(rates[0] - self.rate) / course.scale))
+        error = max(last / PUSH_DENSE, begun / PUSH_GUESS)
+        coefficients[:, ~moving] = 0.0  # to the last bit
+        coefficients[0, ~moving] = x[~moving]
+        stride = Stride(self.tau, step, problem, there, rates, coefficients)
+        return (stride if error <= 1.0 else None), error, 1
+
+    def _stride(self, step: float, tolerance: float) -> tuple[Stride | None, float, int]:
+        """A step of that length; how far it is off, in units of what is allowed; and in how many rounds it was found.
+        None where it is off more.
+        """
+        going, x = self.going, self.x
+        course, turning = going.course, going.course.turning
+        times = times_of(self.tau, step)
+        problem, near = course.probe(times), Nearby(course.differences, times)
+        pace = turning.paces(x, self.rate)
+        guess = turning.moved(x, (times - self.tau)[:, None] * pace)
+        guess[0] = x
+        if self.determined:
+            return self._determined(step, problem, guess)
+        moving, before = course.moving(self.rate[None]), np.inf
+        for rounds in range(1, ROUNDS + 1):
+            frame, _ = course.frame(moving)
+            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+            if not (off <= RESTORED).all():
+                moving = np.ones(len(x), dtype=np.bool_)
+                frame, _ = course.frame(moving)
+                there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+                if not (off <= RESTORED).all():
+                    return None, np.inf, rounds
+            there[0] = x
+            found = course.rates(problem, near, there, going.held)
+            if found is None:
+                return None, np.inf, rounds
+            rates, free = found
+            paces = turning.paces(there, rates)
+            guess = turning.moved(x, step * (INTEGRALS @ paces))
+            whole = float(np.max(np.abs(guess - there) / course.scale))
+            open_ = float(np.max(course.along(free, guess - there) / course.scale))
+            if not np.isfinite(whole) or (rounds > 2 and open_ > AGREED * tolerance and open_ > 0.7 * before):
+                return None, np.inf, rounds
+            more = moving | course.moving(rates)
+            if open_ <= AGREED * tolerance and (more == moving).all():
+                break
+            before, moving = open_, more
+        else:
+            return None, np.inf, ROUNDS
+        coefficients = series(there)
+        coefficients[:, ~moving] = 0.0  # to the last bit
+        coefficients[0, ~moving] = x[~moving]
+        last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
+        error = max(whole / PUSH_GUESS, last / PUSH_DENSE)
+        tail = turning.moved(there[-1], step / DEGREE * series(paces)[-2:]) - there[-1]
+        error = max(error, float(np.max(course.along(free, tail) / course.scale)) / tolerance)
+        stride = Stride(self.tau, step, problem, there, rates, coefficients)
+        return (stride if error <= 1.0 else None), error, rounds
