@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.reach import constraint_of, until_when
 from movimentum.diagnostics import Diagnostic, Label, Severity
@@ -72,7 +73,7 @@ def _told(
         notes=(f"it is {number(place.touch.outline.length, 4)} px long, and ends where it is drawn to end",),
         helps=(
             f"make {name} longer, leave out `.open`, or end the step before t = {when}",
-            "`--on-failure hold` keeps the last good pose, `--on-failure skip` leaves the frames out",
+            Advised("`", Choose.ON_FAILURE.to("hold"), "` keeps the last good pose"),
         ),
     )
 
