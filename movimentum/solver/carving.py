@@ -59,11 +59,12 @@ def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile
         if tool is None or frame is None or not outlines or not frame.anchors:
             found.append(CutProfile(fault="its motion depends on the profile"))
             continue
-        part, things = timeline, scene_key(made)
+        part = timeline
+        things: Hashable = scene_key(made)
         if (own := connected(made, timeline.segments, (tool.number, frame.number))) is not None:
             part = replace(timeline, segments=tuple(own[0]))
             things = tuple(thing_key(thing, text) for thing in own[1])
-        stated = things, tuple(segment_key(0, each, text)[:-1] for each in part.segments)
+        stated: Hashable = things, tuple(segment_key(0, each, text) for each in part.segments)
 
         def solved(part: Timeline = part, stated: Hashable = stated) -> PathMotion:
             if stated not in motions:

@@ -23,7 +23,8 @@ QUICK = ("four-bar", "hart", "trammel", "oscillating-engine")
 
 FUNCTIONS: dict[str, Any] = {
     "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
-    "sqrt": lambda a: math.sqrt(max(a, 0.0)), "abs": abs, "floor": lambda a: a if math.isnan(a) else math.floor(a), "exp": math.exp, "ln": math.log,
+    "sqrt": lambda a: math.sqrt(max(a, 0.0)), "abs": abs,
+    "floor": lambda a: a if math.isnan(a) else math.floor(a), "exp": math.exp, "ln": math.log,
     "max": max, "min": min, "sgn": lambda a: (a > 0) - (a < 0), "atan2": math.atan2, "pi": math.pi, "nan": math.nan,
     "power": lambda a, b: a**b, "both": lambda *tests: all(tests), "either": lambda *tests: any(tests),
     "crossed": lambda x, y: math.atan2(y, x), "choose": lambda test, yes, no: yes if test else no,

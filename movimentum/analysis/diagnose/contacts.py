@@ -48,18 +48,24 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
                 yield _undercut(scene, item, f"they overlap {when}{deep}") or _second(item, f"{when}{deep}")
             elif segment_motion.troubles:
                 begin = time_text(float(min(trouble.begin for trouble in segment_motion.troubles) + segment.start))
-                if (undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}")) is not None:
+                if (
+                    undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}", corners=True)
+                ) is not None:
                     told.add(item.number)
                     yield undercut
 
 
-def _undercut(scene: Scene, item: Constraint, what: str) -> Diagnostic | None:
-    """A warning if one of a pair is round, and larger than a hollow of the other."""
+def _undercut(scene: Scene, item: Constraint, what: str, *, corners: bool = False) -> Diagnostic | None:
+    """A warning if one of a pair is round, and larger than a hollow of the other (a corner, if ``corners`` count)."""
     leaves = symbols(*item.left, *item.right)
     numbers = dict.fromkeys(leaf.thing for leaf in leaves if isinstance(leaf, AnchorCoordinate | ThingAngle))
     for one, other in permutations((scene.things[number] for number in numbers), 2):
         roller, curve = outline_of(one), outline_of(other)
-        if isinstance(roller, Circle) and isinstance(curve, Contour) and (least := hollow(curve)) < roller.radius:
+        if (
+            isinstance(roller, Circle)
+            and isinstance(curve, Contour)
+            and (least := hollow(curve, corners=corners)) < roller.radius
+        ):
             message = (
                 f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
             )
@@ -78,12 +84,14 @@ def _second(item: Constraint, when: str) -> Diagnostic:
     return told.advised("draw them nearer to that place, if it is the one that is meant")
 
 
-def hollow(curve: Contour) -> float:
-    """The least radius of the places where an outline is hollow, 0 at a corner; infinite if there are none."""
+def hollow(curve: Contour, *, corners: bool = False) -> float:
+    """The least radius of the places where an outline is hollow (0 at a corner, if ``corners`` count); infinite if
+    there are none.
+    """
     breaks = np.array(curve.breaks)
     places = np.concatenate([np.linspace(curve.first, curve.last, 4001), (breaks[1:] + breaks[:-1]) / 2.0])
     _, _, tx, ty, dx, dy, rx, ry = curve.values(places)
-    if (curve.side * (tx * ry - ty * rx)[(dx == 0.0) & (dy == 0.0)] > 0.0).any():
+    if corners and (curve.side * (tx * ry - ty * rx)[(dx == 0.0) & (dy == 0.0)] > 0.0).any():
         return 0.0
     with np.errstate(all="ignore"):
         bend = curve.side * (tx * ry - ty * rx) / (tx * tx + ty * ty) / np.hypot(dx, dy)

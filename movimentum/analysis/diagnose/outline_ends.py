@@ -22,7 +22,7 @@ def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
     """A contact that leaves an open curve at one of its ends, or begins beyond it; None if that is not the trouble."""
     plan = segment_motion.plan
     if trouble.kind is FailureKind.START:
-        refused = [] if trouble.selection is None else trouble.selection.rejections
+        refused = () if trouble.selection is None else trouble.selection.rejections
         blocks = [plan.blocks[each.block] for each in refused if each.past_end and each.block is not None]
         found = next((place for block in blocks for place in _open_places(segment_motion, block)), None)
         return None if found is None else _told(motion, segment_motion, trouble, found, "would be beyond an end")
