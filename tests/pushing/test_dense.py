@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from movimentum.arrays import FloatArray
 from movimentum.solver.pushing.dense import (
     DEGREE,
     DERIVATIVES,
@@ -23,9 +25,8 @@ from movimentum.solver.pushing.dense import (
 CLOSED = 1e-9
 
 
-def zeros(function: object, *, exactly: bool = True) -> list[float]:
+def zeros(function: Callable[[FloatArray], FloatArray], *, exactly: bool = True) -> list[float]:
     """Where `falls` finds that a function of arrays falls below zero."""
-    assert callable(function)
     if exactly:
         found = falls(function, function(FINE), CLOSED)
     else:

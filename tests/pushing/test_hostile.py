@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -173,6 +174,10 @@ def test_a_film_is_the_same_at_any_rate_and_moment(fps: int) -> None:
         assert np.abs(backward[name][::-1] - whole[name]).max() == 0.0
 
 
+def _noted(called: list[str], name: str, *_: object, **__: object) -> None:
+    called.append(name)
+
+
 def test_nothing_of_it_runs_where_nothing_pushes(monkeypatch: pytest.MonkeyPatch) -> None:
     from movimentum.solver.kinds.pushing import PushingKernel
     from movimentum.solver.pushing.contacts import Contacts
@@ -181,7 +186,7 @@ def test_nothing_of_it_runs_where_nothing_pushes(monkeypatch: pytest.MonkeyPatch
     called: list[str] = []
     for kind in (PushingKernel, Contacts, PushCourse):
         for name in [n for n, value in vars(kind).items() if callable(value)]:
-            monkeypatch.setattr(kind, name, lambda *_a, _name=name, **_k: called.append(_name))
+            monkeypatch.setattr(kind, name, partial(_noted, called, name))
     films = [path for path in sorted(SCRIPTS.glob("*.mov")) if ".pushes" not in path.read_text()]
     assert len(films) > 30
     for path in films[::5]:

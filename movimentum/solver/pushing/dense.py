@@ -30,7 +30,7 @@ def basis(w: FloatArray) -> FloatArray:
     return np.asarray(np.cos(angle[..., None] * np.arange(DEGREE + 1)), dtype=np.float64)
 
 
-SHARES: FloatArray = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+SHARES: FloatArray = np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE), dtype=np.float64)
 _SERIES: FloatArray = np.linalg.inv(basis(SHARES))
 FINE: FloatArray = np.linspace(0.0, 1.0, LOOKS + 1)
 _FINELY = basis(FINE)
