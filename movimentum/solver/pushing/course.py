@@ -181,9 +181,9 @@ class PushCourse:
 
     # --- on its equations
 
-    def moving(self, rates: Sequence[FloatArray]) -> BoolArray:
-        """(n,) which unknowns move at all with these rates (n,): those that equations tie together do so together."""
-        return moving(self.block, np.stack(rates))
+    def moving(self, rates: FloatArray) -> BoolArray:
+        """(n,) which unknowns move at all with rates (K, n): those that equations tie together do so together."""
+        return moving(self.block, rates)
 
     def frame(self, moving: BoolArray) -> tuple[FloatArray, FloatArray]:
         """See `Metric.among`; where nothing moves, everything may."""
@@ -196,7 +196,8 @@ class PushCourse:
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
         """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
         white, back = self.frame(np.ones(difference.shape[1], dtype=np.bool_))
-        return np.asarray(np.abs(difference @ back.T @ free @ white.T), dtype=np.float64)
+        along: FloatArray = difference @ back.T @ free @ white.T
+        return np.abs(along)
 
     def restored(
         self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float], moving: BoolArray

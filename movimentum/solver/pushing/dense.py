@@ -30,7 +30,7 @@ def basis(w: FloatArray) -> FloatArray:
     return np.asarray(np.cos(angle[..., None] * np.arange(DEGREE + 1)), dtype=np.float64)
 
 
-SHARES: FloatArray = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+SHARES: FloatArray = np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE), dtype=np.float64)
 _SERIES: FloatArray = np.linalg.inv(basis(SHARES))
 FINE: FloatArray = np.linspace(0.0, 1.0, LOOKS + 1)
 _FINELY = basis(FINE)
@@ -185,13 +185,15 @@ def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: f
         found.append(Fall(b if abs(fb) < abs(fa) else a, low[0], high[0], near))
 
     for i in np.nonzero((fine[:-1] >= -closed) & (fine[1:] < -closed))[0].tolist():
-        root((float(FINE[i]), float(fine[i])), (float(FINE[i + 1]), float(fine[i + 1])))
+        low = i - 1 if i and fine[i] <= closed < fine[i - 1] else i
+        root((float(FINE[low]), float(fine[low])), (float(FINE[i + 1]), float(fine[i + 1])))
     bent = np.diff(fine, 2)
     left = np.concatenate([bent[:1], bent, bent[-1:]])  # so much may be left to fall
     dips = (fine >= -closed) & (fine <= np.maximum(left, 0.0))
     dips[1:] &= fine[1:] <= fine[:-1]
     dips[:-1] &= fine[:-1] < fine[1:]
-    dips[[0, -1]] = (fine[[0, -1]] >= -closed) & (fine[[0, -1]] <= np.maximum(left[[0, -1]], 0.0))
+    for end, beside in ((0, 1), (LOOKS, LOOKS - 1)):  # of which one side is not known
+        dips[end] = min(fine[end], fine[beside]) >= -closed and fine[end] <= max(float(left[end]), 0.0)
     for i in np.nonzero(dips)[0].tolist():
         low, high = float(FINE[max(i - 1, 0)]), float(FINE[min(i + 1, LOOKS)])
         while high - low > PUSH_BRUSHES:
@@ -202,8 +204,10 @@ def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: f
             if not len(above):
                 break
             if values[k] < -closed:
-                before = int(above[-1])
-                ends = [(float(places[m]), float(values[m])) for m in (before, before + 1)]
+                clear = np.nonzero(values[:k] > closed)[0]
+                before = int(clear[-1]) if len(clear) else int(above[-1])
+                after = before + 1 + int(np.nonzero(values[before + 1 : k + 1] < -closed)[0][0])
+                ends = [(float(places[m]), float(values[m])) for m in (before, after)]
                 root(ends[0], ends[1])
                 break
             if values[k] > values[k - 1] + values[k + 1] - 2.0 * values[k]:
