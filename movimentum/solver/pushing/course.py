@@ -196,8 +196,7 @@ class PushCourse:
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
         """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
         white, back = self.frame(np.ones(difference.shape[1], dtype=np.bool_))
-        along: FloatArray = difference @ back.T @ free @ white.T
-        return np.abs(along)
+        return np.asarray(np.abs(np.asarray(difference @ back.T @ free @ white.T, dtype=np.float64)), dtype=np.float64)
 
     def restored(
         self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float], moving: BoolArray
