@@ -1041,6 +1041,8 @@ PUSH_MET = 1e-3
 """Of what is allowed: how closely an event is found where that costs nothing."""
 PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
+PUSH_REST_OF_WAY = 1e-3
+"""Of a step: what is left of the way after it and is less belongs to it."""
 PUSH_DENSE = 1e-8
 """Of the unknowns' scale: what the last terms of a step's series may be, so that the series stands for the step."""
 PUSH_DENSE_GAP = 1e-6

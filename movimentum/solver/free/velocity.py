@@ -191,7 +191,7 @@ class FreeVelocity:
         return found, error <= RESTORED, used
 
 
-class Nearby:
+class NearInstants:
     """Instants near F others (F,), from which changes at these are told: of each first from the same side as `ACROSS`,
     but of the first from what comes after, and of the last from what was before.
     """

@@ -15,7 +15,7 @@ from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
-from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, Nearby, field_of
+from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, NearInstants, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, velocities, without_rounding
 from movimentum.solver.pushing.turning import Turning
@@ -102,7 +102,7 @@ class PushCourse:
         return instant, lines
 
     def rates(
-        self, problem: BlockProblem, near: Nearby, x: FloatArray, contacts: tuple[PartPair, ...]
+        self, problem: BlockProblem, near: NearInstants, x: FloatArray, contacts: tuple[PartPair, ...]
     ) -> tuple[FloatArray, FloatArray] | None:
         """The velocities (F, n) at F instants (core values (F, n)) at which these contacts are kept as equations, and
         what is free at the last of them: see `velocities`.

@@ -16,7 +16,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.free.velocity import Nearby
+from movimentum.solver.free.velocity import NearInstants
 from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
 from movimentum.solver.pushing.holding import held_at
 from movimentum.tolerances import (
@@ -24,6 +24,7 @@ from movimentum.tolerances import (
     LEAST_DIVISOR,
     PUSH_DENSE,
     PUSH_GUESS,
+    PUSH_REST_OF_WAY,
     RESTORED,
     SHORTEST_PATH_STEP,
 )
@@ -72,7 +73,7 @@ class Strides:
                 if stage >= STAGES:
                     return
             step = min(length, going.longest(self.tau, self.x, self.rate), end - self.tau)
-            if end - self.tau - step < 1e-3 * step:
+            if end - self.tau - step < PUSH_REST_OF_WAY * step:
                 step = end - self.tau
             found, off, rounds = self._stride(step, tolerance)
             if found is None:
@@ -125,7 +126,7 @@ class Strides:
         going, x = self.going, self.x
         course, turning = going.course, going.course.turning
         times = times_of(self.tau, step)
-        problem, near = course.probe(times), Nearby(course.differences, times)
+        problem, near = course.probe(times), NearInstants(course.differences, times)
         pace = turning.paces(x, self.rate)
         guess = turning.moved(x, (times - self.tau)[:, None] * pace)
         guess[0] = x
