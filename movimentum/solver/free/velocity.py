@@ -191,7 +191,7 @@ class FreeVelocity:
         return found, error <= RESTORED, used
 
 
-class Nearby:
+class NearInstants:
     """Instants near F others (F,), from which changes at these are told: of each first from the same side as `ACROSS`,
     but of the first from what comes after, and of the last from what was before.
     """
@@ -252,7 +252,7 @@ def _weights(offsets: FloatArray) -> FloatArray:
     """(…, P) by which values at ``offsets`` (…, P), evenly spread, give the derivative at 0 of the polynomial there."""
     step = offsets[..., 1] - offsets[..., 0]
     shares: FloatArray = offsets / step[..., None]
-    powers = np.power(shares[..., None, :], np.arange(offsets.shape[-1])[:, None])
+    powers = shares[..., None, :] ** np.arange(int(offsets.shape[-1]), dtype=np.float64)[:, None]
     first = np.zeros((*offsets.shape, 1))
     first[..., 1, 0] = 1.0 / step
     return np.asarray(np.linalg.solve(powers, first)[..., 0], dtype=np.float64)

@@ -15,7 +15,7 @@ from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
-from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, Nearby, field_of
+from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, NearInstants, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, velocities, without_rounding
 from movimentum.solver.pushing.turning import Turning
@@ -102,7 +102,7 @@ class PushCourse:
         return instant, lines
 
     def rates(
-        self, problem: BlockProblem, near: Nearby, x: FloatArray, contacts: tuple[PartPair, ...]
+        self, problem: BlockProblem, near: NearInstants, x: FloatArray, contacts: tuple[PartPair, ...]
     ) -> tuple[FloatArray, FloatArray] | None:
         """The velocities (F, n) at F instants (core values (F, n)) at which these contacts are kept as equations, and
         what is free at the last of them: see `velocities`.
@@ -196,8 +196,7 @@ class PushCourse:
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
         """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
         white, back = self.frame(np.ones(difference.shape[1], dtype=np.bool_))
-        along: FloatArray = difference @ back.T @ free @ white.T
-        return np.abs(along)
+        return np.asarray(np.abs(np.asarray(difference @ back.T @ free @ white.T, dtype=np.float64)), dtype=np.float64)
 
     def restored(
         self, tau: float, x: FloatArray, contacts: Sequence[PartPair], at: Sequence[float], moving: BoolArray

@@ -31,8 +31,8 @@ def basis(w: FloatArray) -> FloatArray:
 
 
 SHARES: FloatArray = np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE), dtype=np.float64)
-_SERIES: FloatArray = np.linalg.inv(basis(SHARES))
-FINE: FloatArray = np.linspace(0.0, 1.0, LOOKS + 1)
+_SERIES: FloatArray = np.asarray(np.linalg.inv(basis(SHARES)), dtype=np.float64)
+FINE: FloatArray = np.linspace(0.0, 1.0, LOOKS + 1, dtype=np.float64)
 _FINELY = basis(FINE)
 
 

@@ -16,7 +16,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.tightening import tightening
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.free.velocity import Nearby
+from movimentum.solver.free.velocity import NearInstants
 from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
 from movimentum.solver.pushing.holding import held_at
 from movimentum.tolerances import (
@@ -126,7 +126,7 @@ class Strides:
         going, x = self.going, self.x
         course, turning = going.course, going.course.turning
         times = times_of(self.tau, step)
-        problem, near = course.probe(times), Nearby(course.differences, times)
+        problem, near = course.probe(times), NearInstants(course.differences, times)
         pace = turning.paces(x, self.rate)
         guess = turning.moved(x, (times - self.tau)[:, None] * pace)
         guess[0] = x
