@@ -195,7 +195,8 @@ class PushCourse:
 
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
         """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
-        white, back = self.frame(np.ones(difference.shape[1], dtype=np.bool_))
+        every: BoolArray = np.ones(int(difference.shape[1]), dtype=np.bool_)
+        white, back = self.frame(every)
         return np.asarray(np.abs(np.asarray(difference @ back.T @ free @ white.T, dtype=np.float64)), dtype=np.float64)
 
     def restored(
