@@ -1,8 +1,8 @@
-"""What a thing is cut off by that is shown only inside another one: that one's outline, in the world."""
+"""What a thing is cut off by that is shown only inside another one: what that one covers, in the world."""
 
 from __future__ import annotations
 
-from movimentum.drawing.model import DiscMark, FigureMark, SymbolMark, ThingMark
+from movimentum.drawing.model import DiscMark, FigureMark, Point, SymbolMark, ThingMark
 from movimentum.drawing.motion import placed_points
 from movimentum.drawing.outlines import body_outline
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
@@ -10,7 +10,7 @@ from movimentum.solver.poses import Poses
 
 
 def clip_outline(mark: ThingMark, poses: Poses) -> MovingPart:
-    """The outline of a thing with an inside, as a filled part; it is not shown where there is nothing inside."""
+    """What a thing with an inside covers, as a filled part; it is not shown where there is nothing inside."""
     shown = poses.visible[mark.paint.thing]
     if isinstance(mark, SymbolMark):
         from movimentum.drawing.areas import area_outline
@@ -18,7 +18,19 @@ def clip_outline(mark: ThingMark, poses: Poses) -> MovingPart:
 
         return MovingPart(_INSIDE, area_outline(mark, symbol_points(mark, poses)), symbol_shown(mark, poses))
     assert isinstance(mark, DiscMark | FigureMark)
-    return MovingPart(_INSIDE, placed_points(mark, poses, body_outline(mark)), shown)
+    return MovingPart(_INSIDE, placed_points(mark, poses, _covered(mark)), shown)
+
+
+def _covered(mark: DiscMark | FigureMark) -> list[Point]:
+    """Local points around what a body covers: all its pieces, without their holes, which go round the other way. Lines
+    there and back join them to one outline, and cover nothing.
+    """
+    around = body_outline(mark)
+    pieces = [] if isinstance(mark, DiscMark) else [part for part in mark.parts if part.form is PartForm.FILL]
+    more = [ring for k, piece in enumerate(pieces) for ring in ((piece.points,) if k else ()) + piece.holes]
+    for ring in more:
+        around += [around[0], *ring, ring[0]]
+    return around
 
 
 _INSIDE = FigurePart(PartForm.FILL, ())

@@ -164,6 +164,28 @@ def test_what_is_clipped_is_seen_inside_only(tmp_path: Path) -> None:
     assert {image.getpixel(place) for place in ((20, 50), (100, 50), (10, 75), (60, 90))} == {(255, 255, 255)}
 
 
+def test_a_body_clips_by_all_its_pieces_and_not_in_their_holes(tmp_path: Path) -> None:
+    text = """.config(10, 200, 100);
+    Big : .disc(30) C = [50,50];  Hole : .disc(8) C = [40,50];  Eye : .disc(6) C = [65,60];
+    Far : .disc(20) C = [150,50];
+        .body Two = Big + Far - Hole - Eye .hidden;
+    W : .area [0,0] [200,0] [200,100] [0,100] .color('#0000ff') .clip Two;
+    @0 Big.C = [50,50]; Two.angle = 90*.t; @1"""
+    motion = mv.loads(text).solve()
+    for frame, there in ((0, [(1, 0), (0, 1)]), (10, [(0, 1), (-1, 0)])):
+        motion.render(tmp_path / "a.png", frames=frame)
+        image = Image.open(tmp_path / "a.png").convert("RGB")
+        (ux, uy), (vx, vy) = there
+
+        def color(x: float, y: float, image: Image.Image = image, frame: Any = (ux, uy, vx, vy)) -> object:
+            a, b, c, d = frame
+            return image.getpixel((round(50 + x * a + y * c), round(100 - (50 + x * b + y * d))))
+
+        inside = [(0, 0), (-20, 0), (0, 20), (25, 0), (0, -25)] + ([(100, 0), (100, 15)] if frame == 0 else [])
+        assert {color(*place) for place in inside} == {(0, 0, 255)}
+        assert {color(*place) for place in ((-10, 0), (-7, 3), (15, 10), (33, 0), (45, 0))} == {(255, 255, 255)}
+
+
 def test_an_area_of_hidden_things_is_drawn() -> None:
     assert extent(area()[0]) == pytest.approx(10_000)
 
