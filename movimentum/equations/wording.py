@@ -27,8 +27,12 @@ def sections(program: MotionProgram) -> Iterator[Section]:
     sympy: Any = library
     lengths = [sympy.Symbol(name, real=True) for name, value in program.constants if value > 0]
     put = {sympy.Abs(length): length for length in lengths}
+
+    def shown(value: Any) -> Any:
+        return _where_valued(sympy.sympify(value).xreplace(put), sympy)
+
     for heading, equations in _sections(program):
-        yield heading, [(name, sympy.sympify(value).xreplace(put)) for name, value in equations]
+        yield heading, [(name, shown(value)) for name, value in equations]
 
 
 def _sections(program: MotionProgram) -> Iterator[Section]:
@@ -73,6 +77,16 @@ def _named(stage: StageProgram) -> tuple[list[tuple[str | None, Any]], list[tupl
                 named += [(None, each) for each in one.residuals]
                 _implicit(one, moving, rates, t, sympy)
     return named, rates
+
+
+def _where_valued(value: Any, sympy: Any) -> Any:
+    """An expression with the only value that some cases have where the others have none, as beyond a curve's ends."""
+    put: dict[Any, Any] = {}
+    for cases in value.atoms(sympy.Piecewise):
+        valued = {each for each, _ in cases.args if each not in (sympy.zoo, sympy.nan)}
+        if len(valued) == 1 and len(cases.args) > sum(each in valued for each, _ in cases.args):
+            put[cases] = valued.pop()
+    return value.xreplace(put)
 
 
 def _rate(value: Any, moving: dict[Any, Any], t: Any, sympy: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from movimentum.workflow.choices import Choices
 from movimentum.workflow.equations import program_of
 from movimentum.workflow.read import read
 from tests.broad import broad
+from tests.command import movimentum
 from tests.equations.test_code import GALLERY, SCRIPTS, poses, program_of_script
 
 QUICK = ("four-bar", "hart", "trammel", "oscillating-engine")
@@ -248,3 +250,15 @@ def step(*names: str) -> StageProgram:
     """A step in which each name is 1 more than the one before."""
     values = [sympy.Integer(0), *(sympy.Symbol(name, real=True) for name in names)]
     return StageProgram(0.0, 1.0, tuple(map(NamedValue, names, [1 + v for v in values])), (values[-1],))
+
+
+def test_equations_about_an_open_curve_say_what_holds_where_it_has_a_value(tmp_path: Path) -> None:
+    (tmp_path / "a.mov").write_text(
+        ".config(10, 400, 300);  Arm : .bar O = [200,100] P = O + [40,0];\n"
+        "Way : .curve O = [150,100] .through([0,0], [120,0]) .open;\n"
+        "@0 Arm.O = [200,100]; Arm.angle = 30*.t; Way.O = [150,100]; .on(Arm.P, Way) = 0; @2"
+    )
+    for form in ("text", "latex"):
+        done = movimentum("equations", tmp_path / "a.mov", "--as", form)
+        assert done.returncode == 0, done.stderr
+        assert not re.search("zoo|nan|infty", done.stdout)
