@@ -94,7 +94,7 @@ def test_code_agrees_with_solve(name, tmp_path):
         assert np.abs(by_octave(program, times, columns, tmp_path) - values).max() < allowed
 
 
-@pytest.mark.parametrize("name", ["cam-follower", "tracer", "elliptic-gears", "scissor-rollers"])
+@broad("name", ["tracer", "cam-follower", "elliptic-gears", "scissor-rollers"], first=1)
 def test_what_touches_a_curve_has_no_program(name):
     with pytest.raises(ScriptError, match="follows a curve, or a long table") as caught:
         program_of(read(str(SCRIPTS / f"{name}.mov")), Choices(), ())

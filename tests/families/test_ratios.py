@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 
 def vector(z):
@@ -58,7 +59,7 @@ class Levers:
 
 @pytest.mark.parametrize("drawn_there", [True, False])
 @pytest.mark.parametrize(("size", "far"), [(1.0, 0.0), (1e-3, 1e5), (1e4, 0.0)])
-@pytest.mark.parametrize("seed", range(6))
+@broad("seed", range(6), first=2)
 def test_a_lever_begins_where_it_is_drawn_or_wished(seed, size, far, drawn_there):
     levers = Levers(seed, size, far)
     script = mv.loads(levers.script(drawn_there))

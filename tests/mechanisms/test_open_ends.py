@@ -32,7 +32,7 @@ def arc(seed):
     return f".through([0,0], [20,10], [40,5], [{x},{y}])", (x, y)
 
 
-@broad("seed", range(24), first=8)
+@broad("seed", range(24), first=4)
 def test_a_pin_that_is_driven_over_the_end_is_told_when(seed):
     random = np.random.default_rng(seed + 100)
     text, (x, _) = arc(seed)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import movimentum
+from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 400);\n"
 
@@ -21,7 +22,7 @@ RINGS = {
 
 
 @pytest.mark.parametrize("ring", RINGS)
-@pytest.mark.parametrize(("hole", "radius"), [(80, 30), (90, 12.5), (60, 45)])
+@broad(("hole", "radius"), [(80, 30), (90, 12.5), (60, 45)], first=1)
 @pytest.mark.parametrize("fps", [7, 20])
 def test_a_wheel_rolls_inside_of_a_ring(ring, hole, radius, fps):
     far = hole - radius
