@@ -81,6 +81,7 @@ def test_recoil_is_as_deep_as_its_closed_form() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("member", [Escapement(15, 3, 5.0), Escapement(30, 7, 5.0, dead=False)], ids=str)
 def test_a_thousand_periods(member: Escapement) -> None:
     periods = 1000
