@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from movimentum.errors import script_error
 from movimentum.scene.expansion.placement import CopyFrame
@@ -67,9 +68,20 @@ def removed(text: str, span: Span) -> Edit:
 
 def renamed(scene: Scene, variable: str, text: str) -> tuple[Edit, ...]:
     """``text`` in the place of every use of a variable."""
-    items = [item for item in parse(scene.source.script).items if isinstance(item, Statement | ClaimStatement)]
-    nodes = (node for item in items for side in (item.left, item.right) for node in postorder(side))
-    return tuple(Edit(node.span, text) for node in nodes if isinstance(node, Name) and node.name == variable)
+    return tuple(Edit(span, text) for span in _uses(scene.source.script).get(variable, ()))
+
+
+@lru_cache(maxsize=1)
+def _uses(script: SourceText) -> dict[str, list[Span]]:
+    """Where each name stands by itself in a statement or a claim: asked of one script for many names."""
+    found: dict[str, list[Span]] = {}
+    for item in parse(script).items:
+        if isinstance(item, Statement | ClaimStatement):
+            for side in (item.left, item.right):
+                for node in postorder(side):
+                    if isinstance(node, Name):
+                        found.setdefault(node.name, []).append(node.span)
+    return found
 
 
 def name_meant(scene: Scene, name: str) -> str | None:
@@ -86,7 +98,7 @@ def name_meant(scene: Scene, name: str) -> str | None:
 
 
 def _is_named_again(scene: Scene, variable: str) -> bool:
-    return len(renamed(scene, variable, variable)) > 1
+    return len(_uses(scene.source.script).get(variable, ())) > 1
 
 
 def _letters(name: str) -> str:

@@ -95,19 +95,26 @@ class Strides:
         """(n,) which unknowns move at all."""
         return self.going.course.moving(np.concatenate([self.rate[None], *(stride.rates for stride in self.taken)]))
 
+    def _held(self, problem: BlockProblem, guess: FloatArray, moving: BoolArray) -> tuple[FloatArray, BoolArray] | None:
+        """The poses (F, n) near ``guess`` that the contacts hold, of which the first is known, and what had to move for
+        that: only what is ``moving``, or else everything. None where not even that is enough.
+        """
+        going, course = self.going, self.going.course
+        for some in (moving, np.ones(len(self.x), dtype=np.bool_)):
+            frame, _ = course.frame(some)
+            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+            if (off <= RESTORED).all():
+                there[0] = self.x
+                return there, some
+        return None
+
     def _determined(self, step: float, problem: BlockProblem, guess: FloatArray) -> tuple[Stride | None, float, int]:
         """The same where nothing is free: the poses alone tell how fast they change."""
-        going, course, x = self.going, self.going.course, self.x
-        moving = course.moving(self.rate[None])
-        frame, _ = course.frame(moving)
-        there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
-        if not (off <= RESTORED).all():
-            moving = np.ones(len(x), dtype=np.bool_)
-            frame, _ = course.frame(moving)
-            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
-        if not (off <= RESTORED).all():
+        course, x = self.going.course, self.x
+        held = self._held(problem, guess, course.moving(self.rate[None]))
+        if held is None:
             return None, np.inf, 1
-        there[0] = x
+        there, moving = held
         coefficients = series(there)
         rates = DERIVATIVES @ there / step
         rates[:, ~moving] = 0.0
@@ -134,15 +141,10 @@ class Strides:
             return self._determined(step, problem, guess)
         moving, before = course.moving(self.rate[None]), np.inf
         for rounds in range(1, ROUNDS + 1):
-            frame, _ = course.frame(moving)
-            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
-            if not (off <= RESTORED).all():
-                moving = np.ones(len(x), dtype=np.bool_)
-                frame, _ = course.frame(moving)
-                there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
-                if not (off <= RESTORED).all():
-                    return None, np.inf, rounds
-            there[0] = x
+            held = self._held(problem, guess, moving)
+            if held is None:
+                return None, np.inf, rounds
+            there, moving = held
             found = course.rates(problem, near, there, going.held)
             if found is None:
                 return None, np.inf, rounds
