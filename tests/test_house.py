@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
+import tomllib
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -143,6 +146,41 @@ def test_one_name_stands_for_one_tolerance() -> None:
 
 def test_a_small_number_is_found() -> None:
     assert small_numbers(ast.parse("MET = 1e-9\ndef f(x): return x < 0.001 or x == 0.0 or x > 0.1")) == [1, 2]
+
+
+def undeclared(tree: ast.Module, declared: set[str]) -> list[str]:
+    """Packages that a test module imports on its top level, that are not ``declared``, and that it does not ask for
+    with `pytest.importorskip` first."""
+    hard = {
+        name.partition(".")[0]
+        for node in tree.body
+        if isinstance(node, ast.Import) or (isinstance(node, ast.ImportFrom) and not node.level)
+        for name in ([each.name for each in node.names] if isinstance(node, ast.Import) else [node.module or ""])
+    }
+    asked_for = {
+        str(node.args[0].value).partition(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "importorskip"
+        if isinstance(node.args[0], ast.Constant)
+    }
+    return sorted(hard - asked_for - declared - sys.stdlib_module_names - {"movimentum", "tests", "benchmarks", "docs"})
+
+
+def test_tests_import_what_is_declared_for_them() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = {
+        re.split(r"[^\w.-]", each)[0].lower()
+        for each in project["dependencies"] + project["optional-dependencies"]["test"]
+    }
+    owners = packages_distributions()
+    declared = {name for name in owners if wanted & {each.lower().replace("_", "-") for each in owners[name]}}
+    found = {name: undeclared(tree, declared) for name, (_, tree) in modules("tests").items()}
+    assert {name: missing for name, missing in found.items() if missing} == {}
+
+
+def test_an_undeclared_package_is_found() -> None:
+    text = "import os\nimport numpy.linalg\nfrom shapely import affinity\nimport av\npytest.importorskip('av')"
+    assert undeclared(ast.parse(text), {"numpy"}) == ["shapely"]
 
 
 SPEAKS_OF_OPTIONS = {

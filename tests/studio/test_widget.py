@@ -6,6 +6,7 @@ import base64
 import json
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,13 @@ window.leave = made.default.render({model, el: document.getElementById("cell")})
 </script>"""
 
 
-def studio_threads() -> list[str]:
-    return [each.name for each in threading.enumerate() if each.name.startswith("studio")]
+@pytest.fixture
+def left_running() -> Callable[[], list[str]]:
+    """The studio's threads that were started since the test began: those of tests before it may still be ending."""
+    before = set(threading.enumerate())
+    return lambda: [
+        each.name for each in threading.enumerate() if each.name.startswith("studio") and each not in before
+    ]
 
 
 class Cell:
@@ -75,7 +81,7 @@ def widget() -> Any:
     made.close()
 
 
-def test_what_is_typed_comes_to_python_and_back(browser: Any, widget: Any):
+def test_what_is_typed_comes_to_python_and_back(left_running: Callable[[], list[str]], browser: Any, widget: Any):
     cell = Cell(browser, widget)
     cell.pump(lambda: cell.state().get("shownRev", 0) > 0)
     frame = next(each for each in cell.page.frames if each.parent_frame is not None)
@@ -94,10 +100,10 @@ def test_what_is_typed_comes_to_python_and_back(browser: Any, widget: Any):
     cell.page.evaluate("window.leave()")
     cell.pump(lambda: not widget._views)
     cell.page.close()
-    assert studio_threads() == []
+    assert left_running() == []
 
 
-def test_closing_ends_the_work(widget: Any):
+def test_closing_ends_the_work(left_running: Callable[[], list[str]], widget: Any):
     widget.send = lambda message, buffers=None: None
     for name in "ab":
         widget._heard(widget, {"view": name, "movimentum": "open"}, [])
@@ -107,9 +113,9 @@ def test_closing_ends_the_work(widget: Any):
     assert len(widget._views) == 1
     widget.close()
     end = time.monotonic() + 5
-    while studio_threads() and time.monotonic() < end:
+    while left_running() and time.monotonic() < end:
         time.sleep(0.02)
-    assert studio_threads() == []
+    assert left_running() == []
 
 
 def test_it_saves_to_the_scripts_file_and_shows_a_player_where_there_are_no_widgets(tmp_path: Path):
