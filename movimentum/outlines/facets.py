@@ -22,6 +22,8 @@ MOST_COMPARED = 200_000
 """Pairs of a corner and an edge that are compared at once."""
 MOST_TRIED = 1_000
 """Translations that are tried at most, of each kind."""
+MOST_TRIED_AT_ONCE = 16
+"""Of one place: the first is often free, and others are tried in vain if one before them is."""
 MOST_CROSSED = 1_000
 """Parts of the convolution of which the crossings are tried, the nearest ones."""
 
@@ -146,106 +148,185 @@ def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     return (np.sum(crosses & (x < at), axis=-1) % 2).astype(np.bool_)
 
 
-def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> bool:
-    """Whether one of the points is in what is solid, farther than ``least`` from its edges."""
-    if not hollow:
-        points = points[((points >= solid.min(axis=0)) & (points <= solid.max(axis=0))).all(axis=1)]
-    if not len(points):
-        return False
-    within = points[inside(points, solid) != hollow]
-    return len(within) > 0 and bool((_to_edges(within, solid)[0].min(axis=1) > least * least).any())
-
-
 def overlap(a: Facets, b: Facets, q: FloatArray) -> bool:
     """Whether a and b, whose corners are at q (M, 2), overlap by more than rounding."""
+    return bool(overlapping(a, b, q[None])[0])
+
+
+def overlapping(a: Facets, b: Facets, q: FloatArray) -> BoolArray:
+    """(K,): the same for the corners of b at K places, q (K, M, 2)."""
+    found = np.zeros(len(q), dtype=np.bool_)
     p, least = a.points, FACETS_TOUCH * max(a.size, b.size)
-    if not a.hollow and not b.hollow and ((p.max(axis=0) < q.min(axis=0)) | (q.max(axis=0) < p.min(axis=0))).any():
-        return False
-    middles = [(each + np.roll(each, -1, axis=0)) / 2.0 for each in (p, q)]
-    thin = len(p) < 3, len(q) < 3
-    if _edges_cross(p, q, least):
-        return True
-    if not thin[0] and _deep_in(np.concatenate([q, middles[1]]), p, a.hollow, least):
-        return True
-    return not thin[1] and _deep_in(np.concatenate([p, middles[0]]), q, b.hollow, least)
+    some = np.arange(len(q))
+    if not a.hollow and not b.hollow:
+        some = np.nonzero(((p.max(axis=0) >= q.min(axis=1)) & (q.max(axis=1) >= p.min(axis=0))).all(axis=1))[0]
+    step = max(1, MOST_COMPARED // (len(p) * q.shape[1]))
+    for begin in range(0, len(some), step):
+        own = some[begin : begin + step]
+        found[own] = _edges_cross(p, q[own], least)
+    some = some[~found[some]]
+    if len(p) > 2:
+        found[some] = _deep_in(np.concatenate([q[some], _middles(q[some])], axis=1), p[None], a.hollow, least)
+        some = some[~found[some]]
+    if q.shape[1] > 2 and len(some):
+        points = np.concatenate([p, _middles(p)])
+        found[some] = _deep_in(np.broadcast_to(points, (len(some), *points.shape)), q[some], b.hollow, least)
+    return found
 
 
-def _edges_cross(p: FloatArray, q: FloatArray, least: float) -> bool:
-    """Whether edges cross, each with both ends more than ``least`` beyond the other."""
-    p0, p1, q0, q1 = p, np.roll(p, -1, axis=0), q, np.roll(q, -1, axis=0)
-    low, high = np.maximum(p.min(axis=0), q.min(axis=0)), np.minimum(p.max(axis=0), q.max(axis=0))
-    near = [((np.maximum(u, v) >= low) & (np.minimum(u, v) <= high)).all(axis=1) for u, v in ((p0, p1), (q0, q1))]
-    p0, p1, q0, q1 = p0[near[0]], p1[near[0]], q0[near[1]], q1[near[1]]
-    if not len(p0) or not len(q0):
-        return False
+def _middles(points: FloatArray) -> FloatArray:
+    return (points + np.roll(points, -1, axis=-2)) / 2.0
+
+
+def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> BoolArray:
+    """(K,) whether one of points (K, L, 2) is in what is solid (K or 1, N, 2), farther than ``least`` from its edges."""
+    found = np.zeros(len(points), dtype=np.bool_)
+    may = np.ones(points.shape[:2], dtype=np.bool_)
+    if not hollow:
+        low, high = solid.min(axis=1)[:, None], solid.max(axis=1)[:, None]
+        may = ((points >= low) & (points <= high)).all(axis=2)
+    place, which = np.nonzero(may)
+    step = max(1, MOST_COMPARED // solid.shape[1])
+    for begin in range(0, len(place), step):
+        k, own = place[begin : begin + step], which[begin : begin + step]
+        polygon = solid if len(solid) == 1 else solid[k]
+        point = points[k, own][:, None]
+        within = inside(point, polygon)[:, 0] != hollow
+        if within.any():
+            polygon = polygon if len(polygon) == 1 else polygon[within]
+            deep = _to_edges(point[within], polygon)[0][:, 0].min(axis=1) > least * least
+            found[k[within][deep]] = True
+    return found
+
+
+def _edges_cross(p: FloatArray, q: FloatArray, least: float) -> BoolArray:
+    """(K,) whether edges of p (N, 2) and q (K, M, 2) cross, each with both ends more than ``least`` beyond the other."""
+    p0, p1, q0, q1 = p, np.roll(p, -1, axis=0), q, np.roll(q, -1, axis=1)
+    low, high = np.maximum(p.min(axis=0), q.min(axis=(0, 1))), np.minimum(p.max(axis=0), q.max(axis=(0, 1)))
+    here = ((np.maximum(p0, p1) >= low) & (np.minimum(p0, p1) <= high)).all(axis=1)
+    there = ((np.maximum(q0, q1) >= low) & (np.minimum(q0, q1) <= high)).all(axis=2).any(axis=0)
+    p0, p1, q0, q1 = p0[here][None], p1[here][None], q0[:, there], q1[:, there]
+    if not p0.size or not q0.size:
+        return np.zeros(len(q), dtype=np.bool_)
 
     def beyond(a: FloatArray, b: FloatArray, x: FloatArray) -> FloatArray:
         e = b - a
-        size = np.maximum(np.hypot(*e.T), LEAST_DIVISOR)[:, None]
-        return (e[:, 0, None] * (x[:, 1] - a[:, 1, None]) - e[:, 1, None] * (x[:, 0] - a[:, 0, None])) / size
+        e = e / np.maximum(np.hypot(e[..., 0], e[..., 1]), LEAST_DIVISOR)[..., None]
+        own = e[..., 0] * a[..., 1] - e[..., 1] * a[..., 0]
+        return e[..., 0, None] * x[..., None, :, 1] - e[..., 1, None] * x[..., None, :, 0] - own[..., None]
 
     def parted(one: FloatArray, other: FloatArray) -> Any:
         return (one * other < 0.0) & (np.minimum(abs(one), abs(other)) > least)
 
-    return bool(
-        (parted(beyond(p0, p1, q0), beyond(p0, p1, q1)) & parted(beyond(q0, q1, p0), beyond(q0, q1, p1)).T).any()
-    )
+    crossing = parted(beyond(p0, p1, q0), beyond(p0, p1, q1))
+    crossing &= np.swapaxes(parted(beyond(q0, q1, p0), beyond(q0, q1, p1)), 1, 2)
+    return np.asarray(crossing.any(axis=(1, 2)), dtype=np.bool_)
 
 
-def _convolution(p: FloatArray, q: FloatArray, size: float) -> tuple[FloatArray, FloatArray, IntArray, IntArray, int]:
-    """Where translations of q touch p: from (K, 2) to (K, 2); the edge or corner of p, and of q; and how many of them,
-    the first ones, are about edges of p.
+@dataclass(frozen=True, slots=True, eq=False)
+class Convolution:
+    """Where translations of q (K, M, 2) touch p, for each of K places: parts from ``begin`` (C, 2) by ``way`` (C, 2);
+    ``place`` (C,) which of the K, in order; the edge or corner ``here`` of p, and ``there`` of q; ``of_edge``: whether
+    it is about an edge of p.
     """
-    least = FACETS_TOUCH * size
 
-    def looking(edges: FloatArray, corners: FloatArray) -> tuple[IntArray, IntArray]:
-        normal = _outward(edges)
-        off = [np.roll(corners, way, axis=0) - corners for way in (1, -1)]
-        fits = (normal @ off[0].T >= -least) & (normal @ off[1].T >= -least)
-        found = np.nonzero(fits)
-        return found[0], found[1]
+    begin: FloatArray
+    way: FloatArray
+    place: IntArray
+    here: IntArray
+    there: IntArray
+    of_edge: BoolArray
 
-    i, j = looking(p, q)
-    m, n = looking(q, p)  # edge of q, corner of p
-    begin = np.concatenate([p[i] - q[j], p[n] - q[m]])
-    end = np.concatenate([np.roll(p, -1, axis=0)[i] - q[j], p[n] - np.roll(q, -1, axis=0)[m]])
-    return begin, end, np.concatenate([i, n]), np.concatenate([j, m]), len(i)
+    @staticmethod
+    def of(p: FloatArray, q: FloatArray, size: float) -> Convolution:
+        """That of p (N, 2) and q (K, M, 2)."""
+        least = FACETS_TOUCH * size
+
+        def looking(edges: FloatArray, corners: FloatArray) -> BoolArray:
+            normal = _outward(edges)
+            off = [np.swapaxes(np.roll(corners, way, axis=-2) - corners, -1, -2) for way in (1, -1)]
+            return np.asarray((normal @ off[0] >= -least) & (normal @ off[1] >= -least), dtype=np.bool_)
+
+        k, i, j = np.nonzero(looking(p, q))
+        c, m, n = np.nonzero(looking(q, p))  # edge of q, corner of p
+        begin = np.concatenate([p[i] - q[k, j], p[n] - q[c, m]])
+        way = np.concatenate([np.roll(p, -1, axis=0)[i] - p[i], q[c, m] - np.roll(q, -1, axis=1)[c, m]])
+        of_edge = np.arange(len(begin)) < len(k)
+        place = np.concatenate([k, c])
+        order = np.argsort(place, kind="stable")
+        here, there = np.concatenate([i, n]), np.concatenate([j, m])
+        return Convolution(*(each[order] for each in (begin, way, place, here, there, of_edge)))
+
+    def feature(self, k: int, at: float, value: float, moved: FloatArray) -> Feature:
+        """The way out at part number k."""
+        here, there = int(self.here[k]), int(self.there[k])
+        ends = ((here, at), (there, 0.0)) if self.of_edge[k] else ((here, 0.0), (there, at))
+        return Feature(-value, *ends, (float(moved[0]), float(moved[1])))
 
 
-def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
-    """The shortest way out of overlapping a and b, whose corners are at q (M, 2). Where none is found, the value is
+def deepest(a: Facets, b: Facets, q: FloatArray) -> list[Feature]:
+    """The shortest ways out of overlapping a and b, whose corners are at q (K, M, 2). Where none is found, the value is
     -inf.
     """
-    p = a.points
-    size = max(a.size, b.size)
-    begin, end, i, j, first = _convolution(p, q, size)
-    way = end - begin
+    found: list[Feature] = []
+    step = max(1, MOST_COMPARED // (len(a.points) * q.shape[1]))
+    for begin in range(0, len(q), step):
+        found += _deepest(a, b, q[begin : begin + step])
+    return found
+
+
+def _deepest(a: Facets, b: Facets, q: FloatArray) -> list[Feature]:
+    parts = Convolution.of(a.points, q, max(a.size, b.size))
+    begin, way = parts.begin, parts.way
     part = np.clip(-np.sum(begin * way, axis=1) / np.maximum(np.sum(way * way, axis=1), LEAST_DIVISOR), 0.0, 1.0)
     shift = begin + part[:, None] * way
     off = np.hypot(*shift.T)
-    order = np.argsort(off, kind="stable")
+    order = np.lexsort((off, parts.place))
+    ends = np.searchsorted(parts.place, np.arange(len(q) + 1))
+    by_place = [order[ends[k] : ends[k + 1]] for k in range(len(q))]
+    most = MOST_TRIED * (4 if a.hollow or b.hollow else 1)
+    free = _first_free(a, b, q, [shift[own[:most]] for own in by_place])
+    found = [Feature(-np.inf, (0, 0.0), (0, 0.0))] * len(q)
+    for k, n in enumerate(free):
+        if n is not None:
+            c = int(by_place[k][n])
+            found[k] = parts.feature(c, float(part[c]), float(off[c]), shift[c])
+    both = a.convex and b.convex
+    crossed = [
+        _crossings(begin, way, own[: np.searchsorted(off[own], -each.value)][:MOST_CROSSED], -each.value)
+        if not (both and np.isfinite(each.value))
+        else []
+        for own, each in zip(by_place, found, strict=True)
+    ]
+    free = _first_free(a, b, q, [np.array([moved for _, moved in each]).reshape(-1, 2) for each in crossed])
+    for k, n in enumerate(free):
+        if n is not None:
+            pair, moved = crossed[k][n]
+            c = max(pair, key=lambda c: (way[c, 1] * moved[0] - way[c, 0] * moved[1]) / np.hypot(*way[c]))
+            at = float(np.clip(np.dot(moved - begin[c], way[c]) / np.dot(way[c], way[c]), 0.0, 1.0))
+            found[k] = parts.feature(c, at, float(np.hypot(*moved)), moved)
+    return found
 
-    def feature(k: int, at: float, value: float, moved: FloatArray) -> Feature:
-        here, there = ((int(i[k]), at), (int(j[k]), 0.0)) if k < first else ((int(i[k]), 0.0), (int(j[k]), at))
-        return Feature(-value, here, there, (float(moved[0]), float(moved[1])))
 
-    best: Feature | None = None
-    for k in order[: MOST_TRIED * (4 if a.hollow or b.hollow else 1)].tolist():
-        if not overlap(a, b, q + shift[k]):
-            best = feature(k, float(part[k]), float(off[k]), shift[k])
-            break
-    if a.convex and b.convex and best is not None:
-        return best
-    limit = -best.value if best is not None else np.inf
-    near = order[off[order] < limit][:MOST_CROSSED]
-    for both, moved in _crossings(begin, way, near, limit):
-        if not overlap(a, b, q + moved):
-            k = max(both, key=lambda each: (way[each, 1] * moved[0] - way[each, 0] * moved[1]) / np.hypot(*way[each]))
-            at = float(np.clip(np.dot(moved - begin[k], way[k]) / np.dot(way[k], way[k]), 0.0, 1.0))
-            return feature(k, at, float(np.hypot(*moved)), moved)
-    if best is None:
-        return Feature(-np.inf, (0, 0.0), (0, 0.0))
-    return best
+def _first_free(a: Facets, b: Facets, q: FloatArray, shifts: list[FloatArray]) -> list[int | None]:
+    """For each of the places q (K, M, 2): the first of its shifts (C, 2) that frees it, by its number."""
+    found: list[int | None] = [None] * len(q)
+    tried, some = 0, [k for k in range(len(q)) if len(shifts[k])]
+    count = 1
+    while some:
+        own = [np.arange(tried, min(tried + count, len(shifts[k]))) for k in some]
+        rows = np.repeat(some, [len(each) for each in own])
+        moved = np.concatenate([shifts[k][each] for k, each in zip(some, own, strict=True)])
+        free = ~overlapping(a, b, q[rows] + moved[:, None])
+        place = 0
+        for k, each in zip(some, own, strict=True):
+            mine = np.nonzero(free[place : place + len(each)])[0]
+            found[k] = tried + int(mine[0]) if len(mine) else None
+            place += len(each)
+        tried += count
+        count = min(2 * count, MOST_TRIED_AT_ONCE)
+        some = [k for k in some if found[k] is None and len(shifts[k]) > tried]
+    return found
 
 
 def _crossings(
@@ -271,4 +352,4 @@ def _crossings(
 
 def gap(a: Facets, b: Facets, q: FloatArray) -> Feature:
     """Where a and b, whose corners are at q (M, 2), are nearest or part the shortest way."""
-    return deepest(a, b, q) if overlap(a, b, q) else nearest(a.points, q)
+    return deepest(a, b, q[None])[0] if overlap(a, b, q) else nearest(a.points, q)

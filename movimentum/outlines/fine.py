@@ -13,7 +13,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlap, to_edges
+from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlapping, to_edges
 from movimentum.outlines.search import refined
 from movimentum.records import dataclass
 from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
@@ -171,13 +171,18 @@ def depths(a: Fine, b: Fine, pose: FloatArray, *, whole: bool = False) -> FloatA
     one = _swollen(a) if whole and a.reach > 0.0 and p.convex else p
     other = _swollen(b) if whole and b.reach > 0.0 and b.facets.convex else b.facets
     least = FACETS_TOUCH * max(p.size, b.facets.size)
-    for k in np.nonzero(found > 0.0)[0].tolist():
-        if found[k] > reach + least and len(p.points) > 1 and q.shape[1] > 1:
-            found[k] = _finite(reach - deepest(p, b.facets, q[k]).value, found[k])
-        if one is not p or other is not b.facets:
-            r = other.moved(pose[:, k : k + 1])[0]
-            deep = _finite(-deepest(one, other, r).value, 0.0) if overlap(one, other, r) else 0.0
-            found[k] = deep if deep > found[k] + ROUND * reach else found[k]
+    some = np.nonzero(found > 0.0)[0]
+    if len(p.points) > 1 and q.shape[1] > 1:
+        deep = some[found[some] > reach + least]
+        found[deep] = [
+            _finite(reach - each.value, found[k]) for k, each in zip(deep, deepest(p, b.facets, q[deep]), strict=True)
+        ]
+    if one is not p or other is not b.facets:
+        r = other.moved(pose[:, some])
+        under = overlapping(one, other, r)
+        for k, each in zip(some[under], deepest(one, other, r[under]), strict=True):
+            value = _finite(-each.value, 0.0)
+            found[k] = value if value > found[k] + ROUND * reach else found[k]
     return found
 
 

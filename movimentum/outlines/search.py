@@ -250,7 +250,7 @@ def _of_some(first: Contour, second: Contour, pose: FloatArray, u: FloatArray, v
     found = np.stack([a.reshape(-1, few)[rows_, best], b.reshape(-1, few)[rows_, best], np.ones(len(best))])
     for n, q in enumerate(second.facets.moved(pose)):
         if overlap(first.facets, second.facets, q):
-            found[:, n] = _inside_each_other(first, second, pose[:, n], deepest(first.facets, second.facets, q))
+            found[:, n] = _inside_each_other(first, second, pose[:, n], deepest(first.facets, second.facets, q[None])[0])
         elif not np.isfinite(value[n, best[n]]):
             found[:2, n] = _anywhere(first, second, pose[:, n], (u, v), np.where(faces[n], off[n], np.inf))
     return found
