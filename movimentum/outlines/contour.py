@@ -146,7 +146,7 @@ class Contour:
         forms, known = self._forms
         piece = np.searchsorted(self._inner, flat, side="left")
         found = in_forms(forms[:, piece], flat - self._starts[piece])
-        for k in np.unique(piece[~known[piece]]).tolist():
+        for k in np.nonzero(~known & (np.bincount(piece, minlength=len(known)) > 0))[0].tolist():
             some = piece == k
             found[:, some] = self._functions[k](flat[some])
         if self.times > 1:

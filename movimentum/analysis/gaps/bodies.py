@@ -158,8 +158,9 @@ def _pinned(scene: Scene, bodies: Sequence[GapBody], poses: Poses) -> list[set[i
         parted: list[np.ndarray[tuple[int], np.dtype[np.int64]]] = []
         for group in groups:
             order = group[np.argsort(column[group], kind="stable")]
-            parted += np.split(order, np.nonzero(np.diff(column[order]) > near)[0] + 1)
-        groups = [group for group in parted if len(group) > 1]
+            ends = np.nonzero(np.diff(column[order]) > near)[0] + 1
+            parted += [own for own in np.split(order, ends) if len(own) > 1] if len(ends) else [group]
+        groups = parted
     return [things for group in groups if len(things := {owners[k] for k in group.tolist()}) > 1]
 
 
