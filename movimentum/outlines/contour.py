@@ -21,7 +21,7 @@ from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends
 from movimentum.geometry import Point
 from movimentum.outlines.facets import Facets
-from movimentum.outlines.forms import forms_of, in_forms
+from movimentum.outlines.forms import forms_of, forms_of_edges, in_forms
 from movimentum.outlines.lengths import Paces, paces
 from movimentum.records import replace
 from movimentum.tolerances import EVEN_PACE, FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
@@ -138,9 +138,12 @@ class Contour:
     def values(self, place: FloatArray) -> FloatArray:
         """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
         place = self.inside(place)
+        flat = place.reshape(-1)
+        if self._edges is not None:
+            piece = np.searchsorted(self._inner, flat, side="right")
+            return in_forms(self._edges[:, piece], flat - self._starts[piece]).reshape(8, *place.shape)
         if len(self._functions) == 1:
             return np.stack(self._functions[0](place))
-        flat = place.reshape(-1)
         number = np.minimum(np.floor((flat - self.first) * (self.times / self.period)), self.times - 1.0)
         flat = flat - number * (self.period / self.times)
         forms, known = self._forms
@@ -170,6 +173,10 @@ class Contour:
     @cached_property
     def _forms(self) -> tuple[FloatArray, BoolArray]:
         return forms_of(self._functions, self.once)
+
+    @cached_property
+    def _edges(self) -> FloatArray | None:
+        return forms_of_edges(self.position, self.direction, np.array(self.breaks)) if self.straight else None
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""

@@ -335,6 +335,8 @@ def _crossings(
     """Where two of the parts of a convolution cross, nearer than ``limit``: the nearest ones first. The way out leads
     through one of both from behind at least; the other may have it along itself, or even before it.
     """
+    if len(some) < 2:
+        return []
     b, w = begin[some], way[some]
     det = w[:, None, 0] * w[None, :, 1] - w[:, None, 1] * w[None, :, 0]
     dx, dy = (b[None, :, k] - b[:, None, k] for k in (0, 1))

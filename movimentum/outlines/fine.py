@@ -16,7 +16,14 @@ from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlapping, to_edges
 from movimentum.outlines.search import refined
 from movimentum.records import dataclass
-from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
+from movimentum.tolerances import (
+    EDGES_CROSS,
+    FACETS_TOUCH,
+    OUTLINE_CLOSES,
+    OUTLINE_SAMPLED,
+    PLACE_FOUND,
+    PLACES_MEET,
+)
 
 OF_TOOTH = 4
 """Corners of each piece of a tooth."""
@@ -200,27 +207,59 @@ def _swollen(own: Fine) -> Facets:
 
 def touching(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     """(K,): signed distances of the outlines themselves near places u and v (K,), for poses (4, K); nan where nothing
-    is found there.
+    is found there, or the polygons tell as well.
     """
-    if a.contour is None or b.contour is None:
-        return _of_circle(a, b, pose, u, v)
-    return refined(a.contour, b.contour, pose, u, v, NEWTON)[2] - a.reach - b.reach
+    reach, found = a.reach + b.reach, np.full(len(u), np.nan)
+    corners = _at_corner(a, u), _at_corner(b, v)
+    smooth, here, there = ~corners[0] & ~corners[1], corners[0] & ~corners[1], corners[1] & ~corners[0]
+    if smooth.any():
+        assert a.contour is not None
+        assert b.contour is not None
+        found[smooth] = refined(a.contour, b.contour, pose[:, smooth], u[smooth], v[smooth], NEWTON)[2]
+    if here.any():
+        x, y, c, s = pose[:, here]
+        px, py = _point(a, u[here])
+        wx, wy = px - x, py - y
+        found[here] = _of_point(b, np.stack([c * wx + s * wy, c * wy - s * wx]), v[here])
+    if there.any():
+        x, y, c, s = pose[:, there]
+        px, py = _point(b, v[there])
+        found[there] = _of_point(a, np.stack([x + c * px - s * py, y + s * px + c * py]), u[there])
+    return found - reach
 
 
-def _of_circle(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    """The same of a circle and an outline."""
-    x, y, c, s = pose
-    if a.contour is None:
-        contour, place, point = b.contour, v, (-c * x - s * y, s * x - c * y)
-    else:
-        contour, place, point = a.contour, u, (x, y)
+def _at_corner(own: Fine, place: FloatArray) -> BoolArray:
+    """(K,): at which places it is a corner of straight edges, the end of a line, or the centre of a circle."""
+    if own.contour is None:
+        return np.ones(len(place), dtype=np.bool_)
+    if not own.contour.straight:
+        return np.zeros(len(place), dtype=np.bool_)
+    breaks, place = np.array(own.contour.breaks), own.contour.inside(place)
+    near = np.abs(breaks[np.clip(np.searchsorted(breaks, place), 1, len(breaks) - 1) - np.array([[0], [1]])] - place)
+    return np.asarray(near.min(axis=0) <= OUTLINE_CLOSES * own.contour.period, dtype=np.bool_)
+
+
+def _point(own: Fine, place: FloatArray) -> FloatArray:
+    """(2, K): where places are."""
+    return np.zeros((2, len(place))) if own.contour is None else own.contour.values(place)[:2]
+
+
+def _of_point(own: Fine, point: FloatArray, place: FloatArray) -> FloatArray:
+    """(K,): how far points (2, K) are from a curve, near places of it; nan where no normal leads to them."""
+    contour = own.contour
     assert contour is not None
-    for _ in range(NEWTON):
-        px, py, tx, ty, dx, dy, rx, ry = contour.values(place)
-        wx, wy = point[0] - px, point[1] - py
-        with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):
+        for _ in range(NEWTON):
+            px, py, tx, ty, dx, dy, rx, ry = contour.values(place)
+            wx, wy = point[0] - px, point[1] - py
             step = (wx * tx + wy * ty) / (wx * rx + wy * ry - dx * tx - dy * ty)
-        place = place - np.where(np.isfinite(step), np.clip(step, -0.05 * contour.period, 0.05 * contour.period), 0.0)
-    px, py, tx, ty = contour.values(place)[:4]
-    value = contour.side * (tx * (point[1] - py) - ty * (point[0] - px)) / np.hypot(tx, ty)
-    return np.asarray(value - a.reach - b.reach, dtype=np.float64)
+            far = 0.05 * contour.period
+            step = np.where(np.isfinite(step), np.clip(step, -far, far), 0.0)
+            place = place - step
+            if (np.abs(step) <= PLACE_FOUND * contour.period).all():
+                break
+        px, py, tx, ty = contour.values(place)[:4]
+        wx, wy, size = point[0] - px, point[1] - py, np.hypot(tx, ty)
+        value = contour.side * (tx * wy - ty * wx) / size
+        met = np.abs(wx * tx + wy * ty) <= PLACES_MEET * size * contour.size
+    return np.asarray(np.where(met, value, np.nan), dtype=np.float64)

@@ -20,9 +20,9 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.cancellation import look
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.pushing.tracks import PushTrack
 from movimentum.tolerances import GAP_CLOSED, GAP_TOUCHES, INSTANT_ROUNDS, OVERLAP_TOLD
 
 HALVINGS = 14
@@ -88,8 +88,8 @@ def _pieces(motion: PathMotion) -> Iterator[tuple[int, FloatArray]]:
                 continue
             end = min(piece.end, length) if last else float(np.nextafter(min(piece.end, length), 0.0))
             if end >= piece.begin:
-                kinks = [phase.begin for track in piece.tracks if isinstance(track, PushTrack) for phase in track.phases]
-                inner = np.concatenate([piece.nodes, kinks])
+                kinks = [track.kinks for track in piece.tracks if isinstance(track, NodeTrack)]
+                inner = np.concatenate([piece.nodes, *kinks])
                 inner = inner[(inner > piece.begin) & (inner < end)]
                 yield place, distinct(np.concatenate([[piece.begin, end], inner]))
 
