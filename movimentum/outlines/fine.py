@@ -22,6 +22,7 @@ from movimentum.tolerances import (
     OUTLINE_CLOSES,
     OUTLINE_SAMPLED,
     PLACE_FOUND,
+    PLACE_ROUNDS,
     PLACES_MEET,
 )
 
@@ -82,6 +83,10 @@ def _toothed(contour: Contour) -> tuple[FloatArray, FloatArray]:
     own = contour.points(places)
     apart = np.append(True, np.hypot(*np.diff(own, axis=0).T) > OUTLINE_SAMPLED * OUTLINE_SAMPLED)
     own, places = own[apart], places[apart]
+    bent = np.ones(len(own), dtype=np.bool_)  # between both ends of a straight piece nothing is to be told
+    (ux, uy), (vx, vy) = np.diff(own[:-1], axis=0).T, np.diff(own[1:], axis=0).T
+    bent[1:-1] = np.abs(ux * vy - uy * vx) > OUTLINE_CLOSES * np.hypot(ux, uy) * np.hypot(vx, vy)
+    own, places = own[bent], places[bent]
     turn = np.arange(contour.times) * (2.0 * np.pi / contour.times)
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     points = np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=-1).reshape(-1, 2)
@@ -248,6 +253,7 @@ def _of_point(own: Fine, point: FloatArray, place: FloatArray) -> FloatArray:
     """(K,): how far points (2, K) are from a curve, near places of it; nan where no normal leads to them."""
     contour = own.contour
     assert contour is not None
+    before = np.inf
     with np.errstate(all="ignore"):
         for _ in range(NEWTON):
             px, py, tx, ty, dx, dy, rx, ry = contour.values(place)
@@ -256,8 +262,10 @@ def _of_point(own: Fine, point: FloatArray, place: FloatArray) -> FloatArray:
             far = 0.05 * contour.period
             step = np.where(np.isfinite(step), np.clip(step, -far, far), 0.0)
             place = place - step
-            if (np.abs(step) <= PLACE_FOUND * contour.period).all():
+            still = float(np.abs(step).max()) / contour.period
+            if still <= PLACE_FOUND or (still <= PLACE_ROUNDS and still >= 0.5 * before):
                 break
+            before = still
         px, py, tx, ty = contour.values(place)[:4]
         wx, wy, size = point[0] - px, point[1] - py, np.hypot(tx, ty)
         value = contour.side * (tx * wy - ty * wx) / size

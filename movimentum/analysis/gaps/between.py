@@ -170,14 +170,15 @@ class GapPairs:
     def _depths(self, number: int, pose: FloatArray, whole: bool) -> FloatArray:
         """The same of one pair for poses (4, K); gears that reach beyond their teeth count as the circle about them."""
         one, other = self.pair(number)
-        groups = _rings(one, other)
-        if len(groups) == len(groups[0]) == 1 and (one.teeth > 1 or other.teeth > 1):
+        if one.single and other.single and (one.teeth > 1 or other.teeth > 1):
             filled = [own.filled if own.teeth > 1 else own.fine[0] for own in (one, other)]
             found = depths(filled[0], filled[1], pose)
             height = max(own.core.reach - own.solid for own in (one, other) if own.teeth > 1)
             toothed = (found <= height) & ((one.teeth == 1) | (other.teeth == 1))
-            found[toothed] = depths(*groups[0][0], pose[:, toothed])
+            if toothed.any():
+                found[toothed] = depths(one.fine[0], other.fine[0], pose[:, toothed])
             return found
+        groups = _rings(one, other)
         return np.max(
             [np.min([depths(*pair, pose, whole=whole) for pair in group], axis=0) for group in groups], axis=0
         )

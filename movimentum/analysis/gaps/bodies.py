@@ -61,6 +61,11 @@ class GapBody:
         """Its outline, and those of its holes."""
         return rings_of(self.thing) if self._rings is None else self._rings
 
+    @property
+    def single(self) -> bool:
+        """Whether it has one outline; of a gear without looking at its teeth."""
+        return self.hole is None if self.teeth > 1 else len(self.rings) == 1
+
     @cached_property
     def fine(self) -> tuple[Fine, ...]:
         """The same as polygons of many corners."""
