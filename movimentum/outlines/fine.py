@@ -128,10 +128,11 @@ def _values(a: Fine, b: Fine, q: FloatArray, here: IntArray, there: IntArray) ->
     """(3, K): distances and places for corners q (K, M, 2) of b, as far as edges ``here`` and ``there`` tell."""
     p, rows = a.facets.points, np.arange(len(q))
     reach = a.reach + b.reach
+    k, m = (each[:1] if count == 2 else each for each, count in ((here, len(p)), (there, q.shape[1])))
     p1, q1 = p[here][None], q[:, there]
-    p2, q2 = p[(here + 1) % len(p)][None], q[:, (there + 1) % q.shape[1]]
-    off, part = to_edges(q1, p1, p2)  # (K, M, N)
-    other, also = to_edges(p1, q1, q2)  # (K, N, M)
+    edges = [p[k][None], p[(k + 1) % len(p)][None], q[:, m], q[:, (m + 1) % q.shape[1]]]  # back along a line: the same
+    off, part = to_edges(q1, *edges[:2])  # (K, M, N)
+    other, also = to_edges(p1, *edges[2:])  # (K, N, M)
     j, i = np.divmod(np.argmin(off.reshape(len(q), -1), axis=1), off.shape[2])
     m, n = np.divmod(np.argmin(other.reshape(len(q), -1), axis=1), other.shape[2])
     first, second = off[rows, j, i], other[rows, m, n]
@@ -144,7 +145,7 @@ def _values(a: Fine, b: Fine, q: FloatArray, here: IntArray, there: IntArray) ->
         if corners.shape[1] > 2:
             within = inside(points, corners) != solid.facets.hollow
             deep = np.maximum(deep, np.sqrt(np.where(within, near.min(axis=2), 0.0).max(axis=1)))
-    crossed = np.where(_cross(p1, p2, q1, q2), -reach - EDGES_CROSS * min(a.radius, b.radius), value)
+    crossed = np.where(_cross(*edges), -reach - EDGES_CROSS * min(a.radius, b.radius), value)
     return np.stack([np.where(deep > 0.0, -deep - reach, crossed), u, v])
 
 
