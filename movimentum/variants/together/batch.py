@@ -36,7 +36,7 @@ from movimentum.variants.together.pattern import (
 from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import Varied
 
-ELEMENTS = 60_000
+ELEMENTS = 80_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
 FEW_UNSURE = 2
 """Variants for which more instants are not worth a trial."""
