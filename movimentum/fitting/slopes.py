@@ -284,14 +284,7 @@ def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hasha
     for body in bodies:
         turns = body.angle if body.thing in turning or body.c is None or body.s is None else None
         wanted += [n for n in (body.x, body.y, body.c, body.s, turns) if n is not None]
-    found: set[int] = set()
-    while wanted:
-        number = plan.owner.get(wanted.pop())
-        if number is not None and number not in found:
-            found.add(number)
-            block = plan.blocks[number]
-            wanted += [n for e in block.equations for n in plan.system.equations[e].unknowns] + list(block.inputs)
-    return found
+    return set(plan.behind(wanted))
 
 
 def _frame(plan: Plan, thing: int) -> tuple[Expr, ...]:

@@ -248,7 +248,7 @@ def _too_fast(
 
 
 def _steps_beyond(value: Any, limit: float, chosen: BoolArray) -> BoolArray:
-    """(V,) whether a value that broadcasts to (V, T) changes by more than ``limit`` to an instant of those ``chosen``."""
+    """(V,) whether a value that broadcasts to (V, T) changes by more than ``limit`` to one of ``chosen`` instants."""
     if np.ndim(value) < 1 or np.shape(value)[-1] < 2:
         return np.zeros(len(chosen), dtype=np.bool_)
     return _beyond(np.diff(np.asarray(value), axis=-1), np.array([[limit]]), chosen[:, 1:])

@@ -16,6 +16,7 @@ from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Relation, Scene, ThingAngle
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.basis.upstream import finders
 from movimentum.solver.judge import Judge
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.kernels import lifted
@@ -89,14 +90,10 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
 
 def _check_free(plan: Plan) -> None:
     """Raise `NotTogether` where a free motion depends on what has no closed form."""
-    above: list[set[int]] = []
-    for block in plan.blocks:
-        direct = {plan.owner[n] for n in block.inputs if n in plan.owner}
-        above.append(direct.union(*(above[number] for number in direct)))
-        if isinstance(block, Free) and any(
-            not isinstance(plan.blocks[number], Assign | Linear | Quadratic | Free) for number in above[-1]
-        ):
-            raise NotTogether("free motions that follow what is not in closed form")
+    free = (block for block in plan.blocks if isinstance(block, Free))
+    above = (plan.blocks[number] for block in free for number in finders(plan, block.inputs))
+    if not all(isinstance(block, Assign | Linear | Quadratic | Free) for block in above):
+        raise NotTogether("free motions that follow what is not in closed form")
 
 
 def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:

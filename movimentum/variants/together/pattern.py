@@ -16,7 +16,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr, substitute, symbol
-from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode, Winding
+from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -24,6 +24,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import Across, Again
 from movimentum.solver.kinds.free_paths import GridAcross
@@ -131,37 +132,19 @@ class SegmentPattern:
     def idle(self, read: Container[Any]) -> frozenset[int]:
         """The blocks of continuous angles that nothing reads, where the payloads ``read`` are."""
         system = self.plan.system
-        used = {n for item in self.blocks for n in item.block.inputs}
-        used |= symbol_numbers(*(selector.value for selector in system.selectors))
-        used |= {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
-        return frozenset(
-            item.block.number
-            for item in self.blocks
-            if isinstance(item.block, Winding)
-            and not any(n in used or system.unknowns[n].payload in read for n in item.block.unknowns)
-        )
+        others = {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
+        return idle_windings(self.plan, others | {u.number for u in system.unknowns if u.payload in read})
 
     @cached_property
     def unjudged(self) -> frozenset[int]:
         """The blocks that no inequality depends on."""
-        wanted = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
-        found: set[int] = set()
-        for item in reversed(self.blocks):
-            if wanted.isdisjoint(item.block.unknowns):
-                found.add(item.block.number)
-            else:
-                wanted |= item.block.inputs
-        return frozenset(found)
+        read = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
+        return frozenset(range(len(self.blocks))).difference(finders(self.plan, read))
 
     @cached_property
     def upstream(self) -> tuple[frozenset[int], ...]:
         """The numbers of the blocks that each block depends on."""
-        owner = self.plan.owner
-        found: list[frozenset[int]] = []
-        for item in self.blocks:
-            direct = {owner[n] for n in item.block.inputs if n in owner}
-            found.append(frozenset(direct.union(*(found[number] for number in direct))))
-        return tuple(found)
+        return tuple(frozenset(finders(self.plan, item.block.inputs)) for item in self.blocks)
 
     @property
     def turns(self) -> bool:
