@@ -5,7 +5,7 @@ Single times may vary with the constants as anything else does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -40,7 +40,7 @@ from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, filled
-from movimentum.variants.tracing import Varied, with_values
+from movimentum.variants.tracing import places_from, with_values
 
 Locals = dict[tuple[int, int], tuple[Dual, Dual]]
 """The local places of anchors."""
@@ -69,8 +69,7 @@ class ReadingTimes:
         for _, part in parts:
             assert part.time is not None
             self.times.setdefault(part.time, len(self.times))
-        places: dict[Hashable, int] = {Varied(name): k for k, name in enumerate(formulas.names)}
-        self.function = dual_function(list(self.times), places, Clocks())
+        self.function = dual_function(list(self.times), places_from(0, formulas.names), Clocks())
 
     def begun(self, constants: FloatArray, *, slopes: bool) -> MomentReading:
         """The times of variants with these ``constants`` (V, C)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.tolerances import CLAIM_WITHIN
 from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
 from movimentum.variants.reducing import reduced
-from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, numbered, places_from, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.stages import rebuilding
@@ -82,10 +82,12 @@ class LoweredMeasures:
                 else:
                     numbers.append(reduced(part.kind, read[place]))
                 place += 1
-            names = list(varied)
-            numbered = [_numbered(each, names, len(numbers)) for each in self.outer]
             count = len(size)
-            found = compiled(numbered, Clocks())([*numbers, *(varied[name] for name in names)], [])
+            inputs: dict[Hashable, int] = {Reduced(k): k for k in range(len(numbers))}
+            inputs |= places_from(len(numbers), list(varied))
+            found = compiled([numbered(each, inputs) for each in self.outer], Clocks())(
+                [*numbers, *varied.values()], []
+            )
         return np.array([np.broadcast_to(value, count) for value in found]).reshape(len(self.outer), count) + 0.0
 
     def _margins(self, read: Sequence[FloatArray], moments: FrameMoments, size: FloatArray) -> FloatArray:
@@ -119,22 +121,6 @@ class FrameMoments:
         """(F,) the frames in which a claim holds."""
         timeline = self.timeline
         return np.array([held.covers(timeline.frame_time(k)) for k in range(timeline.frame_count)], dtype=np.bool_)
-
-
-def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
-    """``root`` in numbered symbols: reductions, then varied constants."""
-    from movimentum.expressions import substitute, symbol
-
-    def number(node: Expr) -> Expr | None:
-        match node.payload:
-            case Reduced(k):
-                return symbol(k)
-            case Varied(name):
-                return symbol(reductions + names.index(name))
-            case _:
-                return None
-
-    return substitute(root, lambda node: number(node) if node.op == "symbol" else None)
 
 
 def lower_measures(

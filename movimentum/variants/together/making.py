@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from movimentum.expressions import Expr, const, substitute, symbols
+from movimentum.expressions import Expr, const, substitute
 from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
@@ -29,9 +29,8 @@ from movimentum.variants.together.pattern import (
     PolynomialRows,
     SegmentFormulas,
     SegmentPattern,
-    numbered,
 )
-from movimentum.variants.tracing import OriginUnfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, numbered, places_from, varied_names
 
 MOST_UNKNOWNS = 12
 """Of a block that Newton's method solves."""
@@ -70,8 +69,8 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
     for thing in scene.things:
         for number, anchor in enumerate(thing.anchors):
             place_of[thing.number, number] = len(places)
-            places += [unfolding.unfolded(part) for part in anchor.coordinates]
-    function = compiled([numbered(each, names, 0) for each in places], Clocks())
+            places += anchor.coordinates
+    function = unfolding.code(places, places_from(0, names), Clocks())
     return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
 
 
@@ -105,10 +104,9 @@ def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
         return const(float(segment.start - node.start)) if node.op == "clock" else None
 
     for constraint in segment.active:
-        if constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle):
-            begun = substitute(unfolding.unfolded(constraint.right[0]), at_first)
-            if any(isinstance(payload, Varied) for payload in symbols(begun)):
-                raise NotTogether("the teeth of gears may depend on it")
+        states_turn = constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle)
+        if states_turn and varied_names(substitute(unfolding.unfolded(constraint.right[0]), at_first)):
+            raise NotTogether("the teeth of gears may depend on it")
 
 
 def _known_kind(block: Block) -> bool:
@@ -121,15 +119,15 @@ def _segment_pattern(
 ) -> SegmentPattern:
     clocks = Clocks(plan.clocks)
     count = len(plan.system.unknowns)
+    place = places_from(count, names)
 
     def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
-        made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
-        return SegmentFormulas(compiled(made, clocks), len(made))
+        return SegmentFormulas(unfolding.code(expressions, place, clocks), len(expressions))
 
     lift = Lift(
         plan,
         frozenset(range(count, count + len(names))),
-        lambda root: numbered(unfolding.unfolded(root), names, count),
+        lambda root: numbered(unfolding.unfolded(root), place),
         lambda some: compiled(some, clocks),
     )
 

@@ -7,7 +7,7 @@ same, and their numbers know where they come from (`variants.tracing`). Whether 
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.expressions import Expr, substitute, symbol
+from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode
+from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -31,7 +32,7 @@ from movimentum.solver.kinds.free_paths import GridAcross
 from movimentum.solver.kinds.kernels import across
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import LOOK_AHEAD
-from movimentum.variants.tracing import OriginUnfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, places_from
 
 MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
@@ -239,19 +240,13 @@ class Pattern:
         """The scene that the plans were made for."""
         return self.timeline.scene
 
+    def code(self, expressions: Iterable[Expr], first: int = 0, clocks: Clocks | None = None) -> Compiled:
+        """Compiled ``expressions`` of the varied constants, which are inputs number ``first`` on."""
+        return self.unfolding.code(expressions, places_from(first, self.names), clocks or Clocks())
+
     def coordinates(self, varied: Sequence[FloatArray]) -> list[Any]:
         """x and y of all anchors as drawn, in the order of `place_of`: numbers or (V, 1) arrays."""
         return list(self.places(list(varied), []))
-
-
-def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
-    """``root`` with the number of its place in a state for each varied constant."""
-    place = {name: first + k for k, name in enumerate(names)}
-
-    def number(node: Expr) -> Expr | None:
-        return symbol(place[node.payload.name]) if isinstance(node.payload, Varied) else None
-
-    return substitute(root, number)
 
 
 def filled(state: State) -> State:
