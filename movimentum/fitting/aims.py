@@ -163,8 +163,7 @@ def _without(root: Expr, aim: int, reductions: list[ReducedExpr], unfolding: Ori
 
 def frames_of(timeline: Timeline, held: HeldClaim) -> Sequence[int]:
     """The frames in which an aim stands; where it stands between two frames only, the one before."""
-    found = [k for k in range(timeline.frame_count) if held.covers(timeline.frame_time(k))]
-    if found:
+    if found := timeline.frames_under(held):
         return found
     before = int((Fraction(held.start) - timeline.start) * timeline.fps)
     return [min(max(before, 0), timeline.frame_count - 1)]

@@ -34,7 +34,7 @@ from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import Across, problem_at
+from movimentum.solver.kinds.across import Across, at_instants, problem_at
 from movimentum.solver.kinds.kernels import across
 from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_MOTION
 from movimentum.variants.outcomes import VariantOutcome
@@ -368,12 +368,14 @@ class TogetherEvaluator:
                 tau: FloatArray, clocks: Sequence[FloatArray], run: SegmentRun = run, course: BatchCourse = course
             ) -> State:
                 if self.followed:  # the same times for all, which are instants of the grid
-                    return at_columns(run.state, [*np.argmin(np.abs(run.grid.instants.tau - tau[:1].T), axis=1)])
+                    nearest = np.argmin(np.abs(run.grid.instants.tau - tau[:1].T), axis=1)
+                    return [at_instants(value, nearest) for value in run.state]
                 return solved_at(run, course.places.varied, course.size, tau, clocks)
 
             segment, last = run.segment.segment, k + 1 == len(self.segments)
             tau = run.grid.instants.tau[chosen]
-            yield SolvedPart(segment.start, segment.end, last, tau, at_columns(run.state, chosen), state_at)
+            state = [at_instants(value, chosen) for value in run.state]
+            yield SolvedPart(segment.start, segment.end, last, tau, state, state_at)
 
 
 def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
@@ -383,11 +385,6 @@ def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
         raise NotTogether("integrals or free motions, read at times that vary")
     timeline = formulas.lowered.timeline
     return tuple({min(max(Fraction(time), timeline.start), timeline.end) for time in times if time is not None})
-
-
-def at_columns(state: State, chosen: IntArray | list[int]) -> State:
-    """A state at some of its instants."""
-    return [np.asarray(value)[..., chosen] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]
 
 
 def _joined(parts: Sequence[Dual]) -> Dual:

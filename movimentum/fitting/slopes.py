@@ -27,6 +27,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
 from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off, solved_pose
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import column
 from movimentum.tolerances import SINGULAR_FOR_SLOPES
 from movimentum.variants.tracing import OriginUnfolding, numbered, places_from
 
@@ -296,13 +297,10 @@ def _sine_and_cosine(angle: Dual) -> tuple[Dual, Dual]:
 
 def at_end(part: Dual) -> Dual:
     """As it is at the last instant."""
-    value = part.value
-    if np.ndim(value) and np.shape(value)[-1] > 1:
-        value = np.asarray(value)[..., -1:]
     slope = part.slope
     if slope is not None and slope.shape[-2] > 1:
         slope = slope[..., -1:, :]
-    return Dual(value, slope)
+    return Dual(column(part.value, -1), slope)
 
 
 def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
 from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAST_BEYOND, SAME_DIRECTION
-from movimentum.variants.lowered import FrameMoments, LoweredMeasures
+from movimentum.variants.lowered import LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.choosing import began_with
@@ -107,7 +107,6 @@ class Batch:
         self.seen |= {thing.number for item in self.meshings for thing in (item.first, item.second)}
         self.clocks = Clocks()
         self.reading = compiled([numbered(each, place) for each in expressions], self.clocks)
-        self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
 
     def grids(self) -> list[SegmentGrid]:
         """The instants of every segment."""
@@ -154,11 +153,11 @@ class Batch:
         measured = len(self.lowered.outer) if self.lowered is not None else 0
         measures = np.full((len(constants), measured), np.nan)
         ok = (course.outcomes == 0) & ~course.unsure
-        if self.lowered is not None and measured and self.moments is not None:
+        if self.lowered is not None and measured:
             varied = course.places.varied
             names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
             frames, at = read.finished()
-            values = self.lowered.values(frames, at, self.moments, names, course.size).T
+            values = self.lowered.values(frames, at, names, course.size).T
             measures[ok] = values[ok]
         return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
 

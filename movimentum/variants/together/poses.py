@@ -14,6 +14,7 @@ from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.solver.basis.body_pose import DRAWN, BodyPose, solved_pose
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import at_instants
 from movimentum.solver.start.placement import Pin, connected_parts, pins_of, rigid_motions
 from movimentum.tolerances import PART_FITS
 from movimentum.variants.together.pattern import Pattern, SegmentPattern
@@ -71,7 +72,7 @@ class Places:
         among ``whole`` (None: of none), at the first and the last instant only.
         """
         system = segment.plan.system
-        ends: State = [value if np.ndim(value) < 1 else np.asarray(value)[..., [0, -1]] for value in state]
+        ends: State = [at_instants(value, [0, -1]) for value in state]
 
         def placed(body: BodyUnknowns) -> BodyPose:
             own = state if whole is None or body.thing in whole else ends
