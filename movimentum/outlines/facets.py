@@ -28,11 +28,14 @@ MOST_CROSSED = 1_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Facets:
-    """``points``: the corners (N, 2); ``convex``: it is solid and has no corner that is hollow."""
+    """``points``: the corners (N, 2); ``convex``: it is solid and has no corner that is hollow; ``bowl``: it is a hole
+    into which no corner juts.
+    """
 
     points: FloatArray
     hollow: bool
     convex: bool
+    bowl: bool
     size: float
 
     @staticmethod
@@ -43,8 +46,8 @@ class Facets:
         turn = before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0]
         size = float(np.ptp(points, axis=0).max())
         once = abs(float(np.arctan2(turn, np.sum(before * edges, axis=1)).sum())) < 2.1 * np.pi
-        convex = bool((turn >= -FACETS_TOUCH * size * size).all()) and not hollow and (len(points) < 3 or once)
-        return Facets(points, hollow, convex, size)
+        one_way = bool(((-turn if hollow else turn) >= -FACETS_TOUCH * size * size).all()) and (len(points) < 3 or once)
+        return Facets(points, hollow, one_way and not hollow, one_way and hollow, size)
 
     def moved(self, pose: FloatArray) -> FloatArray:
         """(F, N, 2): the corners at poses (4, F): x, y, cosine and sine."""
@@ -63,6 +66,11 @@ class Feature:
     here: tuple[int, float]
     there: tuple[int, float]
     way: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def swapped(self) -> Feature:
+        """The same, seen from the other one."""
+        return Feature(self.value, self.there, self.here, (-self.way[0], -self.way[1]))
 
 
 def _to_edges(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -217,6 +225,10 @@ def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
     -inf.
     """
     p = a.points
+    if a.bowl:
+        return _into_bowl(p, q)
+    if b.bowl:
+        return _into_bowl(q, p).swapped
     size = max(a.size, b.size)
     begin, end, i, j, first = _convolution(p, q, size)
     way = end - begin
@@ -246,6 +258,44 @@ def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
     if best is None:
         return Feature(-np.inf, (0, 0.0), (0, 0.0))
     return best
+
+
+def _into_bowl(p: FloatArray, q: FloatArray) -> Feature:
+    """The shortest translation that brings all corners q (M, 2) into a hole p (N, 2) without corners that jut into it:
+    the least vector that keeps half planes, by adding one after the other (Seidel 1991). -inf where q is too large.
+    """
+    normal = _outward(p)
+    off = np.sum(normal * p, axis=1)[:, None] - normal @ q.T
+    corner = np.argmax(off, axis=1)
+    need = off[np.arange(len(p)), corner]
+    order = np.argsort(-need, kind="stable")
+    n, b = normal[order], need[order]
+    least = FACETS_TOUCH * float(np.ptp(p, axis=0).max())
+    x, done, tight = np.zeros(2), 0, [0]
+    while True:
+        broken = np.nonzero(n[done:] @ x < b[done:] - least)[0]
+        if not len(broken):
+            break
+        k = done + int(broken[0])
+        along = np.array([-n[k, 1], n[k, 0]])
+        rate, rest = n[:k] @ along, b[:k] - b[k] * (n[:k] @ n[k])
+        level = np.abs(rate) <= FACETS_TOUCH
+        with np.errstate(all="ignore"):
+            bound = rest / rate
+        low = np.where((rate > 0.0) & ~level, bound, -np.inf)
+        high = np.where((rate < 0.0) & ~level, bound, np.inf)
+        if (rest[level] > least).any() or low.max(initial=-np.inf) > high.min(initial=np.inf) + least:
+            return Feature(-np.inf, (0, 0.0), (0, 0.0))
+        at = min(max(0.0, float(low.max(initial=-np.inf))), float(high.min(initial=np.inf)))
+        x, done, tight = b[k] * n[k] + at * along, k + 1, [k]
+        if at > 0.0:
+            tight.append(int(np.argmax(low)))
+        elif at < 0.0:
+            tight.append(int(np.argmin(high)))
+    i = int(order[max(tight, key=lambda each: float(n[each] @ x))])
+    j, edge = int(corner[i]), np.roll(p, -1, axis=0)[i] - p[i]
+    part = float(np.dot(q[j] + x - p[i], edge) / max(float(np.dot(edge, edge)), LEAST_DIVISOR))
+    return Feature(-float(np.hypot(*x)), (i, min(max(part, 0.0), 1.0)), (j, 0.0), (float(x[0]), float(x[1])))
 
 
 def _crossings(
