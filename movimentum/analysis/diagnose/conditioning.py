@@ -50,9 +50,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
             found: FloatArray | None = None
             chosen = frames
             if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-                margins = np.broadcast_to(
-                    closed_form.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes)
-                )
+                margins = np.broadcast_to(closed_form.margin(block, at_nodes, instants.clocks), len(piece.nodes))
                 chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
                 if len(chosen) == 0:
                     continue
@@ -73,7 +71,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
 def _margins(piece: Piece, block: Quadratic, tau: FloatArray) -> FloatArray:
     instants = piece.instants(tau)
     state = piece.before(block.number, instants)
-    return np.broadcast_to(closed_form.quadratic(block, state, instants.clocks).margin, len(tau))
+    return np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(tau))
 
 
 def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:

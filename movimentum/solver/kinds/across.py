@@ -131,9 +131,10 @@ def problem_of(run: Across, block: Newton) -> BlockProblem:
 
 def column(value: Any, place: int) -> Any:
     """One instant, (V, 1), of a value; a number stays one, and so does what is the same at all instants."""
-    if np.ndim(value) < 1:
-        return value
-    array = np.asarray(value)
-    if array.shape[-1] == 1:
-        return array
-    return array[..., place : place + 1] if place >= 0 else array[..., -1:]
+    return at_instants(value, slice(place, place + 1 or None))
+
+
+def at_instants(value: Any, chosen: Any) -> Any:
+    """A value at some of its instants (see NumPy's indexing); what is the same at all instants stays as it is."""
+    array = value if np.ndim(value) < 1 else np.asarray(value)
+    return array if np.ndim(value) < 1 or array.shape[-1] == 1 else array[..., chosen]

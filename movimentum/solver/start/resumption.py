@@ -322,9 +322,7 @@ class Branch:
 
 def _set_root(block: Quadratic, state: State, instants: Instants, sign: float) -> float:
     """Set a quadratic block's unknowns to its root of this ``sign``; the margin."""
-    margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
-    for n, value in zip(block.core, core, strict=True):
-        state[n] = value
+    margin = closed_form.set_branch(block, state, instants.clocks, sign)
     closed_form.fill_explicit(block, state, instants.clocks)
     return first_of(margin)
 
