@@ -62,12 +62,12 @@ def motions_of(
     """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
     if not free.shape[1]:
         return ()
-    moment = _Moment(plan, block, one)
+    moment = _FreeMoment(plan, block, one)
     return tuple(_told(moment, v, drawn) for v, drawn in _basis(moment, clocks, x, free, scale))
 
 
 def _basis(
-    moment: _Moment, clocks: Sequence[FloatArray], x: FloatArray, free: FloatArray, scale: FloatArray
+    moment: _FreeMoment, clocks: Sequence[FloatArray], x: FloatArray, free: FloatArray, scale: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
     """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
 
@@ -79,7 +79,7 @@ def _basis(
 
 
 def _spanned(
-    moment: _Moment, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
+    moment: _FreeMoment, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
     plan, block, one = moment.plan, moment.block, moment.one
     if not isinstance(block, Free) or block.wishes is None:
@@ -111,7 +111,7 @@ def free_directions(
     for n, value in zip(block.core, x, strict=True):
         one[n] = np.array([value])
     fill_explicit(block, one, clocks)
-    moment = _Moment(plan, block, one)
+    moment = _FreeMoment(plan, block, one)
     return [(_told(moment, v, drawn), v) for v, drawn in _basis(moment, clocks, x, free, scale)]
 
 
@@ -141,7 +141,7 @@ def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
     return sorted(motions, key=lambda motion: (not motion.things, min(motion.things, default=0)))
 
 
-def _reduced(moment: _Moment, rows: FloatArray) -> FloatArray:
+def _reduced(moment: _FreeMoment, rows: FloatArray) -> FloatArray:
     """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
 
     What it moves (`_seen`) is in reduced row echelon form. That depends only on the space, not on the unknowns in which
@@ -180,7 +180,7 @@ def reduce_rows(rows: FloatArray, columns: int, least: Callable[[FloatArray], fl
         done += 1
 
 
-def _seen(moment: _Moment, velocity: FloatArray) -> FloatArray:
+def _seen(moment: _FreeMoment, velocity: FloatArray) -> FloatArray:
     """What a core velocity (n,) moves: how each thing turns (times the scene's size) and the velocities of its anchors,
     in order of definition, then the speeds of all other unknowns, by name, in their own units.
     """
@@ -197,7 +197,7 @@ def _seen(moment: _Moment, velocity: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class _Body:
+class _FreeBody:
     """A ``thing`` at one instant: the numbers of the unknowns (x, y, cosine, sine) of its pose, their values, and for
     each of its anchors the way there from its origin.
     """
@@ -218,7 +218,7 @@ class _Body:
         return [(vx - turn * wy, vy + turn * wx) for wx, wy in self.arms]
 
 
-class _Moment:
+class _FreeMoment:
     """A block at one instant, ``one`` being the values of its unknowns; ``bodies``: its things, in order."""
 
     def __init__(self, plan: Plan, block: Newton, one: State) -> None:
@@ -229,14 +229,14 @@ class _Moment:
         # of some things only a property is an unknown
         self.bodies = [self._body(t, of_thing.get(t, (None, None, None, None))) for t in things]
 
-    def _body(self, thing: int, numbers: tuple[int | None, ...]) -> _Body:
+    def _body(self, thing: int, numbers: tuple[int | None, ...]) -> _FreeBody:
         system, one = self.plan.system, self.one
         frame = system.frame(thing)
         pose = (0.0, 0.0, *frame.axis)
         x, y, c, s = (pose[i] if n is None or one[n] is None else first_of(one[n]) for i, n in enumerate(numbers))
         local = [frame.local(anchor.local) for anchor in system.scene.things[thing].anchors]
         arms = tuple((c * dx - s * dy, s * dx + c * dy) for dx, dy in local)
-        return _Body(thing, numbers, (x + system.shift[0], y + system.shift[1], c, s), arms)
+        return _FreeBody(thing, numbers, (x + system.shift[0], y + system.shift[1], c, s), arms)
 
 
 @lru_cache(maxsize=8)
@@ -249,24 +249,17 @@ def _measured_by(plan: Plan) -> dict[int, list[int]]:
     return found
 
 
-def _told(moment: _Moment, velocity: FloatArray, drawn: bool) -> FreeMotion:
+def _told(moment: _FreeMoment, velocity: FloatArray, drawn: bool) -> FreeMotion:
     """A velocity (n,) of a block's core at one instant, in words."""
     plan, block, one = moment.plan, moment.block, moment.one
     system = plan.system
     speeds = _speeds(block, velocity)
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
-    moving: list[tuple[int, str, tuple[str, ...]]] = []
-    twists: dict[int, tuple[float, float, float]] = {}
-    velocities: dict[AnchorRef, tuple[float, float]] = {}
+    moving: list[tuple[_FreeBody, tuple[float, float, float]]] = []
     for body in moment.bodies:
-        t, (x, y, c, s), (vx, vy, turn) = body.thing, body.pose, body.moved(speeds)
-        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= SEEMS_ZERO * largest * plan.size:
-            continue
-        twists[t] = (turn, vx + turn * y, vy - turn * x)
-        velocities |= {AnchorRef(t, k): velocity for k, velocity in enumerate(body.anchors(vx, vy, turn))}
-        numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
-        here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
-        moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
+        vx, vy, turn = velocity_of = body.moved(speeds)
+        if not max(abs(vx), abs(vy), abs(turn) * plan.size) <= SEEMS_ZERO * largest * plan.size:
+            moving.append((body, velocity_of))
     fast = {n for n, speed in speeds.items() if abs(speed) > SEEMS_ZERO * largest}
     measured = sorted({name for n in fast for name in _measured_by(plan).get(n, ())})
     variables = tuple(
@@ -278,21 +271,25 @@ def _told(moment: _Moment, velocity: FloatArray, drawn: bool) -> FreeMotion:
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
         return FreeMotion((), variables, words, _values_for(plan, one, variables[:1]), drawn=drawn)
-    names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
-    first, hold = moving[0][1:]
+    names = [f"`{system.scene.things[body.thing].name}`" for body, _ in moving]
+    first, hold = _way(plan, *moving[0])
     if len(moving) == 1:
         words = f"{names[0]} can still {first}"
     else:
         others = ", ".join(names[1:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         words = f"{names[0]} can still {first}, and {others} with it"
-    fastest = max((float(np.hypot(*v)) for v in velocities.values()), default=0.0) or 1.0
+    anchors = [(AnchorRef(body.thing, k), v) for body, way in moving for k, v in enumerate(body.anchors(*way))]
+    fastest = max((float(np.hypot(*v)) for _, v in anchors), default=0.0) or 1.0
+    twists = [
+        (body.thing, (turn, vx + turn * body.pose[1], vy - turn * body.pose[0])) for body, (vx, vy, turn) in moving
+    ]
     return FreeMotion(
-        tuple(t for t, _, _ in moving),
+        tuple(body.thing for body, _ in moving),
         variables,
         words,
         (*hold, *_values_for(plan, one, variables)),
-        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in velocities.items()),
-        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists.items()),
+        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in anchors),
+        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists),
         drawn,
     )
 
@@ -327,26 +324,20 @@ def _speeds(block: Newton, velocity: FloatArray) -> dict[int, float]:
     return speeds
 
 
-def _way(
-    plan: Plan,
-    thing: int,
-    velocity: tuple[float, float, float],
-    direction: tuple[float, float],
-    at: tuple[float | None, ...],
-) -> tuple[str, tuple[str, ...]]:
+def _way(plan: Plan, moving: _FreeBody, velocity: tuple[float, float, float]) -> tuple[str, tuple[str, ...]]:
     """How one thing moves (turning about one of its anchors or a point, or sliding), and constraints, each of which
     would stop it.
     """
     vx, vy, turn = velocity
-    c, s = direction
-    body = plan.system.scene.things[thing]
-    rx, ry = plan.system.frame(thing).origin
+    thing = moving.thing
+    body, frame = plan.system.scene.things[thing], plan.system.frame(thing)
+    (c, s), (rx, ry) = frame.to_thing(*moving.pose[2:]), frame.origin
     reference = next(a.name for a in body.anchors if a.local == (rx, ry))
     if abs(turn) * plan.size <= SEEMS_ZERO * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1
         point = f"{body.name}.{reference}"
         if can_be_seen_turning(body):
-            place = at[along]
+            place = None if moving.numbers[along] is None else moving.pose[along]
             remedy = (f"{point}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
         else:  # a point alone is meant where it is drawn, wherever it has been taken
             x, y = number(rx, 12), number(ry, 12)
