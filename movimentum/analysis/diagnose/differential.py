@@ -1,4 +1,4 @@
-"""What is told about differential equations: their error, and where their integration was given up."""
+"""What is reported about differential equations: their error, and where their integration was given up."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be told otherwise."""
+        """`rows`, at more instants for those that cannot be determined otherwise."""
         rows, unsure = self.rows(constants)
         usual = self.intervals
         try:
