@@ -153,7 +153,7 @@ def _overlap(segment_motion: SegmentMotion, found: Overlapping, when: str) -> Di
         message=f"`{one.name}` and `{other.name}` overlap by {number(found.depth)} at t = {when}, as they push",
         span=None if constraint is None else constraint.span,
         labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
-        notes=("what pushes never lets things overlap, so they cannot begin so",),
+        notes=("what pushes never lets things overlap",),
         helps=helps,
     )
 
@@ -166,10 +166,10 @@ def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushT
     return Diagnostic(
         code="limit/contacts",
         severity=Severity.ERROR,
-        message=f"contacts {who}begin and end over and over at t = {when}; what comes after was not looked at",
+        message=f"contacts {who}begin and end again and again at t = {when}; what comes after was not looked at",
         span=None if constraint is None else constraint.span,
-        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless row of them",),
-        helps=("wishes that pull against each other do that: make one of them `.weak`, or `.weak(2)`",),
+        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless series of them",),
+        helps=("wishes that pull against each other cause this: make one of them `.weak`, or `.weak(2)`",),
     )
 
 
@@ -188,10 +188,10 @@ def undecided_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="contact/undecided",
             severity=Severity.WARNING,
-            message=f"corners of {names} meet at t = {first}, and may go on past either side of each other",
+            message=f"corners of {names} meet at t = {first}, and may pass on either side of each other",
             span=spans.get(push),
-            notes=(*again, "the film shows one of both; what comes after depends on it"),
-            helps=("draw one of them a little aside, so that it comes past the side that is meant",),
+            notes=(*again, "the film shows one of the two; what follows depends on it"),
+            helps=("draw one of them a little to the side on which it should pass",),
         )
 
 
@@ -208,9 +208,7 @@ def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
         first, *rest = [time_text(event.time) for event in events]
         begins = happening is Happening.BEGINS
         if names is None:
-            message = (
-                f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
-            )
+            message = f"this takes effect from t = {first} on" if begins else f"this has no effect from t = {first} on"
         else:
             message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
         notes: tuple[str, ...] = ()
