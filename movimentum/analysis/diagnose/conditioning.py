@@ -11,8 +11,6 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton, Quadratic
 from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
@@ -93,6 +91,9 @@ def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray 
     """Largest over smallest singular value of the scaled Jacobian at each instant."""
     if len(tau) == 0:
         return np.zeros(0)
+    from movimentum.solver.block.problem import BlockProblem
+    from movimentum.solver.block.scaling import scaled
+
     instants = piece.instants(tau)
     if values is None:
         state, _ = piece.evaluate(instants, (*piece.upstream(block.number), block.number))
