@@ -238,7 +238,8 @@ def _beyond(value: Any, limit: FloatArray, chosen: BoolArray) -> BoolArray:
     """(V,) whether a value that broadcasts to (V, T) is off by more than ``limit`` (V, 1), or none (nan), at an instant
     of those ``chosen``.
     """
-    if np.max(value) <= (least := np.min(limit)) and np.min(value) >= -least:  # nearly always
+    least = np.min(limit)
+    if chosen.all() and np.max(value) <= least and np.min(value) >= -least:  # nearly always
         return np.zeros(len(chosen), dtype=np.bool_)
     return np.asarray((~(np.abs(value) <= limit) & chosen).any(axis=1), dtype=np.bool_)
 
