@@ -117,16 +117,14 @@ def follow_together(
     instant before.
     """
     pattern, size, instants = members.pattern, members.size, grid.instants
-    count = len(size)
-    shape = count, len(instants)
     with np.errstate(all="ignore"):
         run = pattern.run(members.varied, instants, size, angles, path=True)
         run = pattern.solve(run, members.choices, without=without)
-        state, margins, loops = run.state, run.margins, run.ends
-        stuck, lost = np.full(count, shape[1]), np.zeros(count, dtype=np.bool_)
+        state, loops, shape = run.state, run.ends, run.shape
+        stuck, lost = np.full(shape[0], shape[1]), np.zeros(shape[0], dtype=np.bool_)
         for each in loops.values():
             stuck, lost = np.minimum(stuck, each.end), lost | each.lost
-        end, certain = _ends(margins, shape, stuck)
+        end, certain = _ends(run.margins, shape, stuck)
         slack = members.slack(run)
         selector, violated = _first_violated(slack, shape)
         breaks = violated < end - 1
@@ -143,7 +141,7 @@ def follow_together(
             unsure |= ~_clear(values, until, falls=breaks & (selector == number)) & (until > 0)
         off = _off(pattern, state, instants, inside, size)
         unsure |= off
-        binds, violates = np.full(count, np.inf), np.full(count, np.inf)
+        binds, violates = np.full((2, shape[0]), np.inf)
         if breaks.any():
             unsure |= breaks & (bool(pattern.turns or pattern.drifting or loops or not timed) | (end == 0))
             some = np.nonzero(breaks & ~unsure)[0]
