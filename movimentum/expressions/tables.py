@@ -9,6 +9,8 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -148,12 +150,37 @@ class Table:
 
     def at(self, u: Any) -> Any:
         """The values at ``u``, floats of any shape; nan where there is none."""
+        if type(u) is float:
+            return self._at_one(u)
         pieces = self.pieces
         u = np.asarray(u, dtype=np.float64)
         if pieces.period is not None:
             u = u - pieces.period[0] * np.floor((u - pieces.first[0]) / pieces.period[0])
         place = piece_at(pieces, u, self.side)
         return _horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
+
+    def _at_one(self, u: float) -> float:
+        """The same of one float, without an array: following a path asks for one after the other."""
+        if not math.isfinite(u):
+            return math.nan
+        breaks, base, coefficients, first, period = self._in_lists
+        if period:
+            u = u - period * math.floor((u - first) / period)
+        place = bisect_right(breaks, u) if self.side > 0 else bisect_left(breaks, u)
+        t = u - base[place]
+        highest, *others = coefficients[place]
+        total = highest if others else highest + 0.0 * t
+        for c in others:
+            total = total * t + c
+        return total
+
+    @cached_property
+    def _in_lists(self) -> tuple[list[float], list[float], list[list[float]], float, float]:
+        """The pieces' breaks and bases, of each the coefficients from the highest to the lowest; first and period."""
+        pieces = self.pieces
+        coefficients: list[list[float]] = np.stack(pieces.coefficients[::-1], axis=1).tolist()
+        ends = (0.0, 0.0) if pieces.period is None else (float(pieces.first[0]), float(pieces.period[0]))
+        return pieces.breaks.tolist(), pieces.base.tolist(), coefficients, *ends
 
     def in_numbers(self, numbers: Numbers) -> Pieces:
         """The pieces for the decimal numbers that the file has, in another arithmetic."""
