@@ -13,8 +13,9 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlapping, to_edges
+from movimentum.outlines.facets import Facets, convex_gaps, inside, overlapping, to_edges
 from movimentum.outlines.search import refined
+from movimentum.outlines.ways_out import deepest
 from movimentum.records import dataclass
 from movimentum.tolerances import (
     EDGES_CROSS,

@@ -252,4 +252,3 @@ def _only_facets(pairs: GapPairs, pair: IntArray, tau: FloatArray, depth: FloatA
     some = np.nonzero(~pairs.exact[pair] & (depth <= CURVED * pairs.size[pair]))[0]
     found[some] = _exactly(pairs, pair[some], tau[some]) >= -GAP_TOUCHES * pairs.scale
     return found
-
