@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import partial
 
@@ -13,8 +14,9 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.expressions import neg, substitute, symbol, symbols
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
-from movimentum.scene.leaves import Bearing, Cord, cords_of
+from movimentum.scene.leaves import Bearing, Cord, Wheel, cords_of
 from movimentum.scene.model import Constraint
 from movimentum.scene.names import symbol_name
 from movimentum.solver.block.closed_form import State
@@ -25,19 +27,21 @@ from movimentum.solver.start.fitting import Fitting
 from movimentum.source import Edit
 from movimentum.text import number
 from movimentum.timeline.cords import CordParts
-from movimentum.tolerances import CORD_ENDS, FIT_ROW_MET, UNWRAPPED_DEG
+from movimentum.tolerances import CORD_ENDS, FIT_ROW_MET, INEQUALITY_MET, UNWRAPPED_DEG
 
 EFFORT = 4e8
 """Work for both lengths, see `Effort`."""
-STARTS = 3
+STARTS = 8
 """Poses from which each is looked for: the one that is drawn, and random ones about it."""
 STEPS, CORRECTIONS = 80, 4
 FIRST_STEP, LONGEST_STEP = 0.05, 0.5
 """In units of the unknowns' scale."""
 FAR = 12.0
 """Of the scene's size: a cord that can be longer has no longest length that anybody asks for."""
-INSIDE = 1e-4
-"""Of the distance of both: how far inside a length is that is offered."""
+INSIDE = 1e-2
+"""Of the length, or of the room for it: how far inside a length is that is offered."""
+STATED = re.compile(r"([^=]*=)[^=;]*?((?:\s*\.grips\b[^;]*)?\s*;?)", re.DOTALL)
+"""What states a length: up to the length, and after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,43 +53,40 @@ class Lengths:
 
 
 def too_long_or_short(segment_motion: SegmentMotion, block: Block, chosen: Sequence[Constraint]) -> Diagnostic | None:
-    """An error where the one cord among the constraints of a block without a solution is to have a length that it
-    cannot have where the segment begins; None where that is not so, or not known.
+    """An error where a cord among the constraints of a block without a solution is to have a length that it cannot have
+    where the segment begins, whatever is moved; None where that is not so, or not known.
     """
     scene = segment_motion.plan.system.scene
     numbers = {item.number for item in chosen}
     stated = [(item, cord) for item in scene.constraints() if item.number in numbers for cord in cords_of(item)]
-    if len(stated) != 1:
-        return None
-    item, cord = stated[0]
+    found = (_told(segment_motion, block, item, cord) for item, cord in stated)
+    return next((each for each in found if each is not None), None)
+
+
+def _told(segment_motion: SegmentMotion, block: Block, item: Constraint, cord: Cord) -> Diagnostic | None:
+    scene = segment_motion.plan.system.scene
     sides = [side for side in (*item.left, *item.right) if side.value is not None]
-    if len(sides) != 1 or len(item.left) != 1:
+    if len(sides) != 1 or len(item.left) != 1 or not any(isinstance(stop, Wheel) for stop in cord.stops):
         return None
     wanted = float(sides[0].value)  # type: ignore[arg-type]
     found = possible_lengths(segment_motion, block, item, cord, wanted)
     if found is None or found.shortest <= wanted <= found.longest:
         return None
-    written = symbol_name(scene, cord)
-    short = wanted < found.shortest
-    nearest = found.shortest if short else found.longest
-    other = found.longest if short else found.shortest
-    rest = f" and {number(other)}" if np.isfinite(other) else " and more"
-    span_of = f"between {number(min(nearest, other))} and {number(max(nearest, other))}" if np.isfinite(other) else ""
-    note = f"all else that is stated leaves it {span_of or number(nearest) + rest} px"
-    offered = nearest + (1.0 if short else -1.0) * max(INSIDE * min(abs(other - nearest), nearest), INSIDE)
-    text = scene.source.slice(item.span)
-    value = f"{offered:.6g}"
-    before, equal, after = text.partition("=")
-    plain = equal and after.strip().replace(".", "", 1).isdigit()
-    edits = (Edit(item.span, f"{before.rstrip()} = {value}"),) if plain else ()
+    written, short = symbol_name(scene, cord), wanted < found.shortest
+    low, high = number(found.shortest), number(found.longest)
+    span = f"between {low} and {high} px" if np.isfinite(found.longest) else f"{low} px or more"
+    nearest, room = (found.shortest if short else found.longest), found.longest - found.shortest
+    value = f"{nearest + (INSIDE if short else -INSIDE) * min(room, nearest):.5g}"
+    text = STATED.fullmatch(scene.source.slice(item.span))
+    typed = " ".join(f"{text[1]} {value}{text[2]}".split()) if text else f"{written} = {value}"
+    edits = () if text is None else (Edit(item.span, f"{text[1]} {value}{text[2]}"),)
     return Diagnostic(
         code="cord/length",
         severity=Severity.ERROR,
         message=f"a cord of {number(wanted)} px is too {'short' if short else 'long'} for `{written}`",
         span=item.span,
-        notes=(note,),
-        fixes=(Fix(f"`{written} = {value}` is possible", edits),),
-    )
+        notes=(f"with all else that is stated, {span} are possible",),
+    ).advised(Fix(f"`{typed}` is possible", edits))
 
 
 def possible_lengths(
@@ -131,6 +132,8 @@ class _Walk:
         known = [angle for angle in wraps if {*symbols(angle)} <= system.number_of.keys()]
         renamed = [substitute(angle, partial(numbered, system.number_of)) for angle in known]
         self.wraps = compiled(renamed, Clocks(demands.plan.clocks)) if renamed else None
+        chosen = [each.value for each in system.selectors if each.constraint is not None]
+        self.sides = compiled(chosen, Clocks(demands.plan.clocks)) if chosen else None
         turning = [
             (equation.original, unknown.number, unknown.payload.drawn - 180.0)
             for equation in system.equations
@@ -186,19 +189,23 @@ class _Walk:
         """The nearest coordinates that meet the other rows; None where there are none near."""
         for _ in range(CORRECTIONS):
             left, slopes, length, _ = self._at(z)
-            if not np.isfinite(left).all() or not np.isfinite(length):
+            if not (np.isfinite(left).all() and np.isfinite(slopes).all() and np.isfinite(length)):
                 return None
             if not len(left) or float(np.max(np.abs(left))) <= FIT_ROW_MET:
-                return z if self._taut(z) else None
+                return z if self._allowed(z) else None
             z = z - least_squares(slopes, left[:, None])[:, 0]
         return None
 
-    def _taut(self, z: FloatArray) -> bool:
-        """Whether no wheel is left by the cord."""
-        if self.wraps is None:
-            return True
+    def _allowed(self, z: FloatArray) -> bool:
+        """Whether no wheel is left by the cord, and inequalities hold."""
         state: State = [np.array([value]) for value in self._pose(z) * self.demands.scale]
-        return all(float(np.ravel(angle)[0]) >= -UNWRAPPED_DEG for angle in self.wraps(state, self.demands.clocks))
+        least = -INEQUALITY_MET * self.demands.plan.size
+
+        def above(function: Compiled | None, lowest: float) -> bool:
+            told = () if function is None else function(state, self.demands.clocks)
+            return all(float(np.ravel(value)[0]) >= lowest for value in told)
+
+        return above(self.wraps, -UNWRAPPED_DEG) and above(self.sides, least)
 
     def end(self, z: FloatArray, sign: float) -> float:
         """The longest length (``sign`` 1) or the shortest one (-1) on the way from coordinates ``z``."""
@@ -206,6 +213,8 @@ class _Walk:
         far = FAR * self.demands.plan.size
         _, slopes, length, uphill = self._at(z)
         for _ in range(STEPS):
+            if not np.isfinite(uphill).all():
+                break
             across = least_squares(slopes, (slopes @ uphill)[:, None])[:, 0] if len(slopes) else np.zeros_like(uphill)
             way = sign * (uphill - across)
             size = float(np.hypot.reduce(way)) if len(way) else 0.0

@@ -158,7 +158,7 @@ def _no_beginning(
     formula = next((block for block in refused if _is_formula(block)), None)
     if contradiction is None and formula is not None:
         return _undefined(segment_motion, formula, 0.0, trouble.until), 3
-    for block in refused:
+    for block in (segment_motion.plan.blocks if selectors else refused):
         numbers = dict.fromkeys(segment_motion.plan.system.equations[e].constraint for e in block.equations)
         chosen = [c for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
         if (told := too_long_or_short(segment_motion, block, chosen)) is not None:
