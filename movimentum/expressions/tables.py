@@ -35,6 +35,7 @@ class Ends(StrEnum):
     NOTHING = ""
     HELD = "held"
     PERIODIC = "periodic"
+    STRAIGHT = "straight"  # on along the tangents of both ends
 
 
 class Numbers(Protocol):
@@ -225,6 +226,7 @@ class Table:
             coefficients = [y[:-1], m[:-1], (chord - m[:-1]) / h - bend, bend / h]
         else:
             coefficients = [y[:-1], chord]
+        slopes_at_ends = coefficients[1][:1], _slope_at(coefficients, h)
         for _ in range(self.order):
             raised: list[Any] = []
             for k, c in enumerate(coefficients[1:], 1):
@@ -235,16 +237,18 @@ class Table:
             coefficients = raised
         if self.ends is Ends.PERIODIC:
             return Pieces(x[1:-1], x[:-1], tuple(coefficients), x[:1], x[-1:] - x[:1])
-        if self.ends is Ends.HELD:
-            ends = (y[:1], y[-1:]) if self.order == 0 else (zero, zero)
-            low, high = x[:1], x[-1:]
-        else:
-            ends = (undefined, undefined)
-            low, high = x[:1] - margin, x[-1:] + margin
+        low, high = x[:1], x[-1:]
+        beyond = [(zero, zero)] * len(coefficients)
+        if self.ends is Ends.NOTHING:
+            low, high = low - margin, high + margin
+            beyond[0] = undefined, undefined
+        elif self.order == 0:
+            beyond[0] = y[:1], y[-1:]
+        if self.ends is Ends.STRAIGHT and self.order <= 1:
+            beyond[1 - self.order] = slopes_at_ends
         breaks = _joined(low, x[1:-1], high)
         base = _joined(x[:1], x[:-1], x[-1:])
-        first, *rest = coefficients
-        padded = [_joined(ends[0], first, ends[1]), *(_joined(zero, c, zero) for c in rest)]
+        padded = [_joined(before, c, after) for c, (before, after) in zip(coefficients, beyond, strict=True)]
         return Pieces(breaks, base, tuple(padded))
 
     def _float_slopes(self) -> FloatArray:
@@ -395,6 +399,17 @@ def _quintics(h: Any, y: Any, m: Any, q: Any) -> list[Any]:
     fifth = times(6, value) - times(3, slope) + bend
     cube = square * h
     return [y[:-1], m[:-1], q[:-1], third / cube, fourth / (cube * h), fifth / (cube * square)]
+
+
+def _slope_at(coefficients: Sequence[Any], h: Any) -> Any:
+    """The slope at the end of the last of pieces with these coefficients, which are ``h`` wide."""
+    wide, power, total = h[-1:], None, coefficients[1][-1:]
+    for k, c in enumerate(coefficients[2:], 2):
+        power = wide if power is None else power * wide
+        part = power * c[-1:]
+        for _ in range(k):
+            total = total + part
+    return total
 
 
 def _joined(*parts: Any) -> Any:
