@@ -8,6 +8,7 @@ import numpy as np
 
 from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.cord_lengths import too_long_or_short
+from movimentum.analysis.diagnose.concentric import unmet_check
 from movimentum.analysis.diagnose.cords import as_drawn
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.outline_ends import end_of_curve
@@ -173,7 +174,8 @@ def _no_beginning(
                 message = told.message.replace("no solution satisfies", "no solution that was found satisfies")
                 return replace(told, code="solve/not-converged", message=message, notes=(*told.notes, _MISSED)), 3
             return told, 1 if told.code == "constraint/conflict" else 3
-        return _not_found(segment_motion, selection), 3
+        unmet = unmet_check(segment_motion, selection)
+        return (_not_found(segment_motion, selection), 3) if unmet is None else (unmet, 1)
     from movimentum.analysis.diagnose.conflict import told
 
     code = "constraint/conflict" if always else "solve/unreachable"
