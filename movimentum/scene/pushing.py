@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from movimentum.diagnostics import Label, replacement
 from movimentum.expressions import ZERO, Expr, add, const, derivative, mul, neg, sub, substitute, walk
-from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
@@ -153,6 +152,8 @@ def _has_rate(*roots: Expr) -> bool:
 
 def _as_clutch(constraint: Constraint) -> Constraint | None:
     """``constraint`` as that one value changes at least so fast, or at most; None where it says something else."""
+    from movimentum.outlines.contour import PLACE, slope
+
     total = sub(constraint.left[0], constraint.right[0])
     rates = [node for node in walk(total) if node.op == "derivative"]
     value, rest = ZERO, total

@@ -7,7 +7,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from movimentum.outlines.facets import Facets, deepest, overlap
+from movimentum.outlines.facets import Facets, overlap
+from movimentum.outlines.ways_out import deepest
 
 
 def hull(points):
@@ -57,7 +58,8 @@ def test_the_shortest_way_into_a_hole(seed, swapped):
         if not overlap(hole, body, body.points + at):
             continue
         seen += 1
-        found = deepest(body, hole, hole.points - at) if swapped else deepest(hole, body, body.points + at)
+        one, other, there = (body, hole, hole.points - at) if swapped else (hole, body, body.points + at)
+        (found,) = deepest(one, other, there[None])
         assert -found.value == pytest.approx(way_in(corners, body.points + at), abs=1e-9)
         if np.isfinite(found.value):
             way = np.array(found.way) * (-1.0 if swapped else 1.0)

@@ -13,7 +13,6 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.query import Reader, reader
 from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
-from movimentum.scene.text_edits import tolerated
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Unsolved
@@ -249,6 +248,8 @@ def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
 
 
 def _told(broken: Broken, size: float, source: SourceText) -> Diagnostic:
+    from movimentum.scene.text_edits import tolerated
+
     claim = broken.claim
     left, right = claim.told
     word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]

@@ -5,11 +5,10 @@ which statements are redundant.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
-from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
@@ -23,6 +22,9 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.tolerances import MOVE_ALIKE, NO_VELOCITY, SEEN_MOVING, STEP_OF_DIFFERENCE, STRESSED
+
+if TYPE_CHECKING:
+    from movimentum.analysis.freedom.motions import FreeMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +91,19 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
     Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
     rows scaled to unit gradients, relative to its largest singular value.
     """
-    moment = generic_moment(segment_motion)
+    blocks = list(filter(None, map(simultaneous, segment_motion.plan.blocks)))
+    moment = generic_moment(segment_motion) if blocks else None
     if moment is None:
         return []
+    from movimentum.analysis.freedom.motions import motions_of, told_by
+    from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
+
     piece, tau = moment
     result: list[BlockRank] = []
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(instants)
-        for block in filter(None, map(simultaneous, segment_motion.plan.blocks)):
+        for block in blocks:
             x = values_of(block, state)
             one = at_one(state, told_by(segment_motion.plan, block))
             scale = scale_of(segment_motion.plan, block.core)

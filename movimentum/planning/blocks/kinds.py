@@ -7,13 +7,16 @@ evaluated in a block of each kind is in `solver.kinds`.
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from movimentum.expressions import Expr, add, mul
-from movimentum.planning.blocks.push_rows import PullRows, PushRows
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
-from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
+
+if TYPE_CHECKING:
+    from movimentum.planning.blocks.push_rows import PullRows, PushRows
+    from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
+    from movimentum.planning.structure.metric import Metric
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -78,7 +78,7 @@ def _jumps(
 ) -> NDArray[np.bool_]:
     """The intervals, as close as nodes get, over which the block's motion jumps."""
     tau, state, clocks = nodes
-    core = closed_form.quadratic(block, state, clocks).roots(track.sign(tau))
+    core = closed_form.branch(block, state, clocks, track.sign(tau))[1:]
     close = np.diff(tau) <= 2.0 * FINEST * (path.end - path.begin)
     jumps = np.zeros(len(close), dtype=np.bool_)
     for size, values in zip(track_scale(path.plan, block), core, strict=True):
@@ -111,9 +111,9 @@ def _turns(path: Path, block: Quadratic, track: SignTrack, place: float) -> bool
         if points.min() < path.begin or points.max() > path.end:
             continue
         instants = path.instants(points)
-        quadratic = closed_form.quadratic(block, path.before(block.number, instants), instants.clocks)
-        sign = track.sign(points)
-        sides = [np.stack([np.broadcast_to(v, len(points)) for v in quadratic.roots(s * sign)]) for s in (1.0, -1.0)]
+        state, sign = path.before(block.number, instants), track.sign(points)
+        both = (closed_form.branch(block, state, instants.clocks, s * sign)[1:] for s in (1.0, -1.0))
+        sides = [np.stack([np.broadcast_to(v, len(points)) for v in core]) for core in both]
         count = len(POINTS)
         came, goes = (
             (side[:, :count] @ EXTRAPOLATED for side in sides),

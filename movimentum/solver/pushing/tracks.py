@@ -81,6 +81,11 @@ class PushTrack(NodeTrack):
     lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     coefficients: FloatArray = field(default_factory=lambda: np.zeros((0, DEGREE + 1, 0)))
 
+    @property
+    def kinks(self) -> FloatArray:
+        """When its phases begin."""
+        return np.array([phase.begin for phase in self.phases])
+
     def guess(self, tau: FloatArray) -> FloatArray:
         """See `NodeTrack`."""
         if not len(self.begins):

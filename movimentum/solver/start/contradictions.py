@@ -19,6 +19,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.upstream import finders
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import Fitting, StartFit, eliminated
 from movimentum.solver.start.rejections import TurnedDown
@@ -168,15 +169,9 @@ def _part(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[in
     """The rows that determine the unknowns ``around``, and what else they determine: those of the blocks these depend
     on, and checks of nothing else.
     """
-    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
-    blocks: set[int] = set()
-    waiting = [owner[n] for n in around if n in owner]
-    while waiting:
-        number = waiting.pop()
-        if number not in blocks:
-            blocks.add(number)  # by its equations: a block's inputs lack what is folded into it
-            read = {n for e in plan.blocks[number].equations for n in plan.system.equations[e].unknowns}
-            waiting += [owner[n] for n in read if n in owner]
+    equations_of = plan.system.equations
+    # by their equations: a block's inputs lack what is folded into it
+    blocks = finders(plan, around, lambda block: {n for e in block.equations for n in equations_of[e].unknowns})
     unknowns = {n for number in blocks for n in plan.blocks[number].unknowns} | around
     equations = {e for number in blocks for e in plan.blocks[number].equations}
     equations |= {e for e in plan.checks if plan.system.equations[e].unknowns <= unknowns}

@@ -18,7 +18,6 @@ from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
 from movimentum.tolerances import LOOP_CLOSED
 
@@ -158,6 +157,8 @@ class _PolynomialRows:
 
     def is_mobile(self) -> bool:
         """Whether the group can move from its start; what is pinned elsewhere is taken as pinned here."""
+        from movimentum.solver.block.mobility import is_mobile
+
         constant = self.values(self.start)
 
         def rows(x: FloatArray) -> tuple[FloatArray, FloatArray]:

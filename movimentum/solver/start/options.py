@@ -23,7 +23,6 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import is_past_end
-from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
@@ -157,6 +156,7 @@ class BlockOptions:
 
     def free_start(self, block: Block, scale: FloatArray) -> Starts:
         """The pose that a free block begins with; asked again for the same inputs, it is not looked for again."""
+        from movimentum.solver.block.problem import BlockProblem
         from movimentum.solver.solutions.newton_starts import free_start
 
         state, k = self.state, self.instants.clocks
@@ -224,6 +224,7 @@ class BlockOptions:
         if any(system.unknowns[n].thing in self.carry.now.known for n in block.unknowns):
             return None
         if isinstance(block, Newton) and not block.free:
+            from movimentum.solver.block.problem import BlockProblem
             from movimentum.solver.kinds.newton import choice_of
             from movimentum.solver.solutions.newton_starts import begun_start
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
@@ -21,7 +21,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
 from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAST_BEYOND, SAME_DIRECTION
-from movimentum.variants.lowered import FrameMoments, LoweredMeasures
+from movimentum.variants.lowered import LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.choosing import began_with
@@ -31,12 +31,11 @@ from movimentum.variants.together.pattern import (
     Pattern,
     SegmentPattern,
     filled,
-    numbered,
 )
 from movimentum.variants.together.poses import Places
-from movimentum.variants.tracing import Varied
+from movimentum.variants.tracing import numbered, payloads_read, places_from
 
-ELEMENTS = 60_000
+ELEMENTS = 80_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
 FEW_UNSURE = 2
 """Variants for which more instants are not worth a trial."""
@@ -97,26 +96,17 @@ class Batch:
         expressions: Sequence[Expr] = ()
         if self.lowered is not None:
             expressions, self.times = self.lowered.read, self.lowered.measures.times
-        self.payloads = _payloads_of(expressions)
+        self.payloads = payloads_read(*expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
                 raise NotTogether("what is measured")
-        place = {payload: n for n, payload in enumerate(self.payloads)}
-        from movimentum.expressions import substitute, symbol
-
-        made = [
-            substitute(
-                numbered(each, self.pattern.names, len(place)),
-                lambda node: symbol(place[node.payload]) if node.op == "symbol" and node.payload in place else None,
-            )
-            for each in expressions
-        ]
+        place: dict[Hashable, int] = {payload: n for n, payload in enumerate(self.payloads)}
+        place |= places_from(len(place), self.pattern.names)
         self.meshings = list(meshings(self.pattern.scene))
         self.seen = {payload.thing for payload in self.payloads if not isinstance(payload, VariableComponent)}
         self.seen |= {thing.number for item in self.meshings for thing in (item.first, item.second)}
         self.clocks = Clocks()
-        self.reading = compiled(made, self.clocks)
-        self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
+        self.reading = compiled([numbered(each, place) for each in expressions], self.clocks)
 
     def grids(self) -> list[SegmentGrid]:
         """The instants of every segment."""
@@ -163,11 +153,11 @@ class Batch:
         measured = len(self.lowered.outer) if self.lowered is not None else 0
         measures = np.full((len(constants), measured), np.nan)
         ok = (course.outcomes == 0) & ~course.unsure
-        if self.lowered is not None and measured and self.moments is not None:
+        if self.lowered is not None and measured:
             varied = course.places.varied
             names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
             frames, at = read.finished()
-            values = self.lowered.values(frames, at, self.moments, names, course.size).T
+            values = self.lowered.values(frames, at, names, course.size).T
             measures[ok] = values[ok]
         return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
 
@@ -370,12 +360,3 @@ def _at_last(poses: dict[int, BodyPose]) -> dict[int, BodyPose]:
 
 def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
     return [np.concatenate(column, axis=1) for column in zip(*parts, strict=True)]
-
-
-def _payloads_of(expressions: Sequence[Expr]) -> list[Any]:
-    """The payloads that expressions of a scene read, but for varied constants."""
-    found: dict[Any, None] = {}
-    for node in walk(*expressions):
-        if node.op == "symbol" and not isinstance(node.payload, Varied):
-            found[node.payload] = None
-    return list(found)

@@ -238,17 +238,29 @@ def _too_fast(
     free = {n for number in pattern.drifting for n in pattern.blocks[number].block.unknowns}
     for _, c, s in directed(pattern):
         for n in (c, s):
-            value = state[n]
-            if np.ndim(value) and np.shape(value)[-1] > 1 and n not in free:
-                steps = np.abs(np.diff(np.asarray(value), axis=-1))
-                fast |= ((~(steps <= FARTHEST_TURN)) & before[:, 1:]).any(axis=1)
+            if n not in free:
+                fast |= _steps_beyond(state[n], FARTHEST_TURN, before)
     for item in pattern.blocks:
         if item.block.phases is not None:
             for phase in item.block.phases(state, instants.clocks):
-                if np.ndim(phase) and np.shape(phase)[-1] > 1:
-                    steps = np.abs(np.diff(np.asarray(phase), axis=-1))
-                    fast |= ((~(steps <= FARTHEST_PHASE)) & inside[:, 1:]).any(axis=1)
+                fast |= _steps_beyond(phase, FARTHEST_PHASE, inside)
     return fast
+
+
+def _steps_beyond(value: Any, limit: float, chosen: BoolArray) -> BoolArray:
+    """(V,) whether a value that broadcasts to (V, T) changes by more than ``limit`` to one of ``chosen`` instants."""
+    if np.ndim(value) < 1 or np.shape(value)[-1] < 2:
+        return np.zeros(len(chosen), dtype=np.bool_)
+    return _beyond(np.diff(np.asarray(value), axis=-1), np.array([[limit]]), chosen[:, 1:])
+
+
+def _beyond(value: Any, limit: FloatArray, chosen: BoolArray) -> BoolArray:
+    """(V,) whether a value that broadcasts to (V, T) is off by more than ``limit`` (V, 1), or none (nan), at an instant
+    of those ``chosen``.
+    """
+    if np.max(value) <= (least := np.min(limit)) and np.min(value) >= -least:  # nearly always
+        return np.zeros(len(chosen), dtype=np.bool_)
+    return np.asarray((~(np.abs(value) <= limit) & chosen).any(axis=1), dtype=np.bool_)
 
 
 def _nearly_one(pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int]) -> BoolArray:
@@ -306,7 +318,7 @@ def _first_violated(slack: Sequence[FloatArray], shape: tuple[int, int]) -> tupl
 def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: BoolArray, size: FloatArray) -> BoolArray:
     """(V,) whether an equation does not hold somewhere: as it is stated, or one that was taken for redundant."""
     count = len(inside)
-    off = np.zeros(count, dtype=np.bool_)
+    off, one = np.zeros(count, dtype=np.bool_), np.ones((1, 1))
     for n, value in enumerate(state[: pattern.unknowns]):
         if value is not None and not np.isfinite(value).all():
             bad = ~np.isfinite(np.broadcast_to(value, inside.shape)) & inside
@@ -314,14 +326,10 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
         elif value is None:
             state[n] = np.nan
     for k, value in enumerate(pattern.stated(state, instants.clocks)):
-        amount = np.broadcast_to(value, inside.shape)
-        if pattern.stated_turns[k]:
-            amount = within_half(amount)
-        limit = HOLDS_WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else 1.0)
-        off |= ((np.abs(amount) > limit) & inside).any(axis=1)
+        amount = within_half(value) if pattern.stated_turns[k] else value
+        off |= _beyond(amount, HOLDS_WITHIN * (size[:, None] if pattern.stated_sizes[k] != 1.0 else one), inside)
     for value in pattern.checks(state, instants.clocks) if pattern.checks.count else ():
-        limit = HOLDS_WITHIN * np.minimum(size[:, None], 1.0)
-        off |= (~(np.abs(np.broadcast_to(value, inside.shape)) <= limit) & inside).any(axis=1)
+        off |= _beyond(value, HOLDS_WITHIN * np.minimum(size[:, None], 1.0), inside)
     return off
 
 
