@@ -84,7 +84,7 @@ def examine(
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
     claims; without ``every_frame`` these two are left out. ``drawn`` says what is wrong with the drawing.
     """
-    with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
+    with np.errstate(all="ignore"):  # what overflows is reported as what it makes impossible
         found = _examined(motion, every_frame, advice, drawn)
     source = motion.timeline.scene.source
     return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
