@@ -45,7 +45,7 @@ class FreeMotion:
     drawn: bool = False
 
 
-def told_by(plan: Plan, block: Newton) -> set[int]:
+def described_by(plan: Plan, block: Newton) -> set[int]:
     """The unknowns that describe a block's free motions: its pose, and what is measured of it."""
     return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
 
@@ -61,7 +61,7 @@ def motions_of(
 ) -> tuple[FreeMotion, ...]:
     """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
     basis = _basis(plan, block, one, clocks, x, free, scale) if free.shape[1] else []
-    return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
+    return tuple(_free_motion(plan, block, one, v, drawn) for v, drawn in basis)
 
 
 def _basis(
@@ -106,7 +106,7 @@ def free_directions(
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
-    one = at_one(state, told_by(plan, block))
+    one = at_one(state, described_by(plan, block))
     _, rank, free = rank_at(block, one, tuple(clocks), x, scale)
     if rank == len(x):
         return []
@@ -114,7 +114,9 @@ def free_directions(
     for n, value in zip(block.core, x, strict=True):
         one[n] = np.array([value])
     fill_explicit(block, one, clocks)
-    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
+    return [
+        (_free_motion(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)
+    ]
 
 
 def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
@@ -232,7 +234,7 @@ def _moved(
     return (x + system.shift[0], y + system.shift[1], c, s, vx, vy, turn), anchors
 
 
-def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
+def _free_motion(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
     """A velocity (n,) of a block's core at one instant, in words; ``one`` has the values of its unknowns."""
     system = plan.system
     speeds = _speeds(block, velocity)
