@@ -1071,3 +1071,5 @@ PIECE_STRAIGHT, PIECE_ROUND = 1e-10, 1e-9
 """Of a piece's size: how far it may be from a line, and from an arc."""
 PIECE_TURNS = 1e-12
 """Radians, and of the largest curvature: what turns less does not turn."""
+CORD_ENDS = 1e-9
+"""Of the scene's size: a cord's length that grows by less (for a way of that size), or a shorter way, is its end."""
