@@ -1,5 +1,5 @@
-"""Random laws of lift, made of dwells, rises and falls, at any scale, place, sense of turn and rate of frames: law, cut,
-touch, law again; the profile's position, pressure angle and curvature against closed forms.
+"""Random laws of lift, made of dwells, rises and falls, at any scale, place, sense of turn and rate of frames: law,
+cut, touch, law again; the profile's position, pressure angle and curvature against closed forms.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ SHAPES: dict[str, Shape] = {
     "cycloidal": ("V - .sin(360*(V))/(2*.pi)", cycloidal),
     "3-4-5": ("10*(V)^3 - 15*(V)^4 + 6*(V)^5", polynomial),
     "modified sine": (
-        "{ V < 1/8 : (.pi*(V) - .sin(720*(V))/4)/(4 + .pi);"
-        " V < 7/8 : (2 + .pi*(V) - 9/4*.sin(60 + 240*(V)))/(4 + .pi); (4 + .pi*(V) - .sin(720*(V))/4)/(4 + .pi) }",
+        (
+            "{ V < 1/8 : (.pi*(V) - .sin(720*(V))/4)/(4 + .pi);"
+            " V < 7/8 : (2 + .pi*(V) - 9/4*.sin(60 + 240*(V)))/(4 + .pi); (4 + .pi*(V) - .sin(720*(V))/4)/(4 + .pi) }"
+        ),
         modified_sine,
     ),
 }
@@ -70,7 +72,9 @@ class Law:
             value = f"{high!r}"
             if shape != "dwell":
                 part = SHAPES[shape][0].replace("V", f"(u - {a!r})/({b - a!r})")
-                value = f"{low!r} + ({high - low!r})*({part})" if "{" not in part else f"{low!r} + ({high - low!r})*{part}"
+                value = (
+                    f"{low!r} + ({high - low!r})*({part})" if "{" not in part else f"{low!r} + ({high - low!r})*{part}"
+                )
             pieces.append(f"u < {b!r} : {value};" if b < 1.0 else value)
         self.text = "{ " + " ".join(pieces) + " }"
 
@@ -121,7 +125,9 @@ def test_a_law_comes_back_through_its_profile(seed: int) -> None:
     lift, rise, bend = law(u)
     off = motion["Other.C"] - motion["Roller.C"]
     assert np.abs(off).max() < 1e-8 * size["scale"]
-    assert motion["Roller.C"][:, 1] - motion["Shaft.C"][:, 1] == pytest.approx(size["base"] + lift, abs=1e-9 * size["scale"])
+    assert motion["Roller.C"][:, 1] - motion["Shaft.C"][:, 1] == pytest.approx(
+        size["base"] + lift, abs=1e-9 * size["scale"]
+    )
     # the centre's path seen from the shaft, turned on with it
     way = size["way"]
     z = size["offset"] + 1j * (size["base"] + lift)
@@ -155,4 +161,5 @@ def test_the_closed_forms_are_derivatives() -> None:
         before, after = shape(v - step), shape(v + step)
         assert (after[0] - before[0]) / (2 * step) == pytest.approx(ds, abs=1e-8)
         assert (after[1] - before[1]) / (2 * step) == pytest.approx(dds, abs=1e-3)
-        assert math.isclose(float(shape(np.array([1.0]))[0][0]), 1.0, abs_tol=1e-12) and s.min() >= 0.0
+        assert math.isclose(float(shape(np.array([1.0]))[0][0]), 1.0, abs_tol=1e-12)
+        assert s.min() >= 0.0

@@ -1,5 +1,6 @@
 """Gaps of random pairs of convex outlines, apart and in each other, against their support functions: the gap is the
-largest distance, over all directions, of what each reaches (negative: the depth), searched in thirds to the last digits.
+largest distance, over all directions, of what each reaches (negative: the depth), searched in thirds to the last
+digits.
 """
 
 from __future__ import annotations
