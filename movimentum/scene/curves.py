@@ -97,7 +97,7 @@ class CurveReader:
         option = said[0]
         key = {"through": "places", "points": "table"}.get(option.name, option.name)
         if key not in read:
-            return None  # which has been told
+            return None  # which has been reported
         if option.name in ("polar", "param"):
             return self._traced(option, read)
         if "range" in read:

@@ -136,6 +136,6 @@ def _told(motion: PathMotion, item: Constraint, cord: Cord, wrap: Wrap, time: Fr
         severity=Severity.WARNING,
         message=f"from t = {when} the cord does not touch `{wheel.name}`, unless something pulls it there",
         span=item.span,
-        notes=(f"it goes on about `{wheel.name}` the other way, which a taut cord cannot",),
+        notes=(f"it goes on about `{wheel.name}` the other way, which a taut cord cannot do",),
         helps=(f"leave `{wheel.name}` out from then on: `@{when} {written} = _; {rest} = …;`",),
     )

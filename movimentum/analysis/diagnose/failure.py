@@ -84,7 +84,7 @@ def not_looked_at(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic
         constraint = constraint_of(segment_motion, number_)
         span = None if constraint is None else constraint.span
         what = "the motion leaves this inequality again and again"
-        notes, helps = ("what satisfies it crosses it at once, over and over",), ()
+        notes, helps = ("whatever satisfies it violates it again at once, over and over",), ()
     else:
         assert trouble.block is not None
         span = (

@@ -300,7 +300,7 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
 
 
 def is_long(table: Table) -> bool:
-    """Whether a table is too long to be told as pieces."""
+    """Whether a table is too long to be written as pieces."""
     return len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC
 
 

@@ -70,11 +70,11 @@ class Contacts:
         about = {gap.push for gap in self.rows.gaps}
         self.plain = tuple(PartPair(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
         self.rates = tuple(PartPair(RATE, k) for k in sorted(self.rows.rates))
-        self._columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
+        self.columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
         part, body, column = self.bodies.core
-        self._columns[part, body] = column
+        self.columns[part, body] = column
         for k, b, number in self.bodies.known:
-            self._columns[k, b] = known[number]
+            self.columns[k, b] = known[number]
         self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
 
     def push(self, contact: PartPair) -> int:
@@ -174,7 +174,7 @@ class Contacts:
         push[places] = self.bodies.push[pairs.gap]
         sides: list[_Side] = []
         for bodies in (self.bodies.first[pairs.gap], self.bodies.second[pairs.gap]):
-            columns = self._columns[:, bodies]
+            columns = self.columns[:, bodies]
             some = [np.nonzero(each >= 0)[0] for each in columns]
             own = tuple((each, places[each], column[each]) for each, column in zip(some, columns, strict=True))
             sides.append((bodies, own))
