@@ -129,3 +129,33 @@ Disc : .disc(10) C = [200,{y}];
         (found,) = overlaps(text.format(y=y))
         assert found.deepest == pytest.approx(0.0, abs=1e-6)
         assert found.depth == pytest.approx(300 + math.sqrt(99) - y, rel=1e-3)
+
+
+@broad("seed", range(10), first=2)
+def test_the_round_end_of_a_bar_touches_a_curve_when_its_distance_says(seed):
+    random = np.random.default_rng(300 + seed)
+    a, b = (float(v) for v in random.uniform(25.0, 60.0, 2))
+    width, way = float(random.uniform(4.0, 12.0)), float(random.uniform(-25.0, 25.0))
+    text = f"""
+Egg : .curve C = [0,0] .param(u, [{a!r}*.cos(u), {b!r}*.sin(u)]);
+Bar : .bar P = [100,{way!r}] Q = [200,{way!r}] .width({width!r});
+@0 Egg.C = [0,0];   Egg.angle = 0;   Bar.P = [100 - 80*.t, {way!r}];   Bar.angle = 0;
+@1
+"""
+    (found,) = movimentum.loads(text).solve(fps=3).overlaps()
+    u = np.linspace(-1.5, 1.5, 4001)
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        t = 0.5 * (low + high)
+
+        def apart(u, x=100.0 - 80.0 * t):
+            return np.hypot(x - a * np.cos(u), way - b * np.sin(u)) - width / 2.0
+
+        near = float(u[np.argmin(apart(u))])
+        one, other = near - 1e-3, near + 1e-3
+        for _ in range(80):
+            p, q = one + (other - one) / 3.0, other - (other - one) / 3.0
+            one, other = (one, q) if apart(p) < apart(q) else (p, other)
+        inside = ((100.0 - 80.0 * t) / a) ** 2 + (way / b) ** 2 < 1.0
+        low, high = (low, t) if inside or apart(0.5 * (one + other)) <= 0.0 else (t, high)
+    assert found.begin == pytest.approx(low, abs=1e-9)
