@@ -13,21 +13,22 @@ _CONTROLS = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\
 path that are not UTF-8), annotations and tags.
 """
 
-_OBEYED = re.compile(f"[\x00-\x1f{_CONTROLS}]")
-_OBEYED_IN_LINES = re.compile(f"[\x00-\x08\x0b-\x1f{_CONTROLS}]")
-_UNSAFE_IN_JSON = re.compile(f"[{_CONTROLS}]")
-_NOT_ASCII = re.compile("[^\x00-\x7f]")
-_PLAIN_WORD = re.compile(r"[A-Za-z0-9_./%+=:,@][A-Za-z0-9_./%+=:,@-]*")
+# patterns are compiled when they are first used: many commands show nothing that is foreign
+_OBEYED = f"[\x00-\x1f{_CONTROLS}]"
+_OBEYED_IN_LINES = f"[\x00-\x08\x0b-\x1f{_CONTROLS}]"
+_UNSAFE_IN_JSON = f"[{_CONTROLS}]"
+_NOT_ASCII = "[^\x00-\x7f]"
+_PLAIN_WORD = r"[A-Za-z0-9_./%+=:,@][A-Za-z0-9_./%+=:,@-]*"
 
 
 def visible(text: str) -> str:
     """``text`` as one line, with escapes for what a terminal would obey (``\\x1b``, ``\\u202e``, ``\\n``)."""
-    return _OBEYED.sub(_escape, text)
+    return re.sub(_OBEYED, _escape, text)
 
 
 def visible_lines(text: str) -> str:
     """The same for text of several lines: line feeds and tabs stay."""
-    return _OBEYED_IN_LINES.sub(_escape, text)
+    return re.sub(_OBEYED_IN_LINES, _escape, text)
 
 
 def visible_json(text: str, encoding: str | None = "utf-8") -> str:
@@ -35,7 +36,7 @@ def visible_json(text: str, encoding: str | None = "utf-8") -> str:
     UTF-8, everything that is not ASCII is escaped too.
     """
     pattern = _UNSAFE_IN_JSON if (encoding or "").lower().replace("_", "-") in ("utf-8", "utf8") else _NOT_ASCII
-    return pattern.sub(_json_escape, text)
+    return re.sub(pattern, _json_escape, text)
 
 
 def typed(argument: object) -> str:
@@ -47,10 +48,10 @@ def typed(argument: object) -> str:
     word = str(argument)
     if word.startswith("-") and word != "-":
         word = f"./{word}"
-    if _OBEYED.search(word):
+    if re.search(_OBEYED, word):
         inside = word.replace("\\", "\\\\").replace("'", "\\'")
-        return f"$'{_OBEYED.sub(_shell_escape, inside)}'"
-    if _PLAIN_WORD.fullmatch(word):
+        return f"$'{re.sub(_OBEYED, _shell_escape, inside)}'"
+    if re.fullmatch(_PLAIN_WORD, word):
         return word
     quoted = word.replace("'", "'\"'\"'")
     return f"'{quoted}'"

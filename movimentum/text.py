@@ -18,8 +18,14 @@ RAISED = re.compile(r"[_^]\{([^{}:.()\[\]]+)\}")
 """Letters, no expression (which has a point, a bracket or a format)."""
 LEVEL = "\ufffb"
 """What ends them."""
-PLAIN = re.compile(f"[ -~¡-¬®-ſΆΈ-ΊΌΎ-ΡΣ-ώЀ-џ–—…−→←{''.join(LEVELS.values())}{LEVEL}]*")
-"""Texts whose letters are all in the fonts that belong to the project."""
+_PLAIN = frozenset("ΆΌ–—…−→←" + "".join(LEVELS.values()) + LEVEL).union(
+    *(map(chr, range(ord(first), ord(last) + 1)) for first, last in (" ~", "¡¬", "®ſ", "ΈΊ", "ΎΡ", "Σώ", "Ѐџ"))
+)
+
+
+def is_plain(text: str) -> bool:
+    """Whether all letters of a text are in the fonts that belong to the project."""
+    return _PLAIN.issuperset(text)
 
 
 def raised(text: str) -> str:

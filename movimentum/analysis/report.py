@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
-from movimentum.analysis.freedom.motions import FreeMotion, in_order
 from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.segment_motion import SegmentMotion
+
+if TYPE_CHECKING:
+    from movimentum.analysis.freedom.motions import FreeMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,8 @@ def step_report(
     segment_motion: SegmentMotion, ranks: Sequence[BlockRank], parts: Sequence[ConnectedPart]
 ) -> StepReport:
     """The report of one segment; ``ranks`` and ``parts`` as `analysis.freedom.degrees` finds them."""
+    from movimentum.analysis.freedom.motions import in_order
+
     plan = segment_motion.plan
     of_block = {rank.block: rank for rank in ranks}
     unknowns = equations = rank = freedom = 0

@@ -25,8 +25,6 @@ from movimentum.api.arguments import (
     several,
 )
 from movimentum.api.moments import Moments, instant, rates_of, values_of
-from movimentum.api.pictures import DrawingAsked, picture_of, shown
-from movimentum.api.results import Written, data_frame, silent
 from movimentum.api.understood import Names, UnderstoodScript, accepted
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Diagnostics
@@ -37,12 +35,12 @@ from movimentum.solver.poses import Poses
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import Timeline
 from movimentum.workflow.choices import Choices
-from movimentum.workflow.frames import PoseChunks
 from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
-if TYPE_CHECKING:  # few ask what overlaps
+if TYPE_CHECKING:  # few ask for more than arrays
     from movimentum.analysis.gaps.overlaps import Overlap
     from movimentum.analysis.happenings import Contact
+    from movimentum.api.results import Written
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,6 +120,8 @@ class Motion:
 
     @cached_property
     def _chunks(self) -> Iterable[Poses]:
+        from movimentum.workflow.frames import PoseChunks
+
         skip = self.choices.on_failure == FailurePolicy.SKIP
         return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).held()
 
@@ -273,6 +273,8 @@ class Motion:
         ...     50
         50
         """
+        from movimentum.api.results import data_frame
+
         return data_frame(self.solution.motion, self._chunks, self.frames)
 
     @called
@@ -287,6 +289,7 @@ class Motion:
         ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
         50
         """
+        from movimentum.api.results import Written, silent
         from movimentum.interop.tables import SUFFIXES
         from movimentum.workflow.tabulate import tabulate
 
@@ -345,6 +348,8 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
+        from movimentum.api.pictures import DrawingAsked, picture_of
+
         motion = self._solved_with(fps, accuracy, strict, on_failure)
         picture = picture_of(
             self.script.limits, frames=frames, at=None if at is None else instant(motion.timeline, at), scale=scale,
@@ -377,6 +382,8 @@ class Motion:
         return _again, (self.script, self.choices, self.solution.diagnostics)
 
     def _repr_html_(self) -> str:
+        from movimentum.api.pictures import shown
+
         return shown(self.script.source, self.solution, self.choices, self.diagnostics)
 
     def __repr__(self) -> str:

@@ -9,6 +9,8 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -33,6 +35,7 @@ class Ends(StrEnum):
     NOTHING = ""
     HELD = "held"
     PERIODIC = "periodic"
+    STRAIGHT = "straight"  # on along the tangents of both ends
 
 
 class Numbers(Protocol):
@@ -148,12 +151,37 @@ class Table:
 
     def at(self, u: Any) -> Any:
         """The values at ``u``, floats of any shape; nan where there is none."""
+        if type(u) is float:
+            return self._at_one(u)
         pieces = self.pieces
         u = np.asarray(u, dtype=np.float64)
         if pieces.period is not None:
             u = u - pieces.period[0] * np.floor((u - pieces.first[0]) / pieces.period[0])
         place = piece_at(pieces, u, self.side)
         return _horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
+
+    def _at_one(self, u: float) -> float:
+        """The same of one float, without an array: following a path asks for one after the other."""
+        if not math.isfinite(u):
+            return math.nan
+        breaks, base, coefficients, first, period = self._in_lists
+        if period:
+            u = u - period * math.floor((u - first) / period)
+        place = bisect_right(breaks, u) if self.side > 0 else bisect_left(breaks, u)
+        t = u - base[place]
+        highest, *others = coefficients[place]
+        total = highest if others else highest + 0.0 * t
+        for c in others:
+            total = total * t + c
+        return total
+
+    @cached_property
+    def _in_lists(self) -> tuple[list[float], list[float], list[list[float]], float, float]:
+        """The pieces' breaks and bases, of each the coefficients from the highest to the lowest; first and period."""
+        pieces = self.pieces
+        coefficients: list[list[float]] = np.stack(pieces.coefficients[::-1], axis=1).tolist()
+        ends = (0.0, 0.0) if pieces.period is None else (float(pieces.first[0]), float(pieces.period[0]))
+        return pieces.breaks.tolist(), pieces.base.tolist(), coefficients, *ends
 
     def in_numbers(self, numbers: Numbers) -> Pieces:
         """The pieces for the decimal numbers that the file has, in another arithmetic."""
@@ -198,6 +226,7 @@ class Table:
             coefficients = [y[:-1], m[:-1], (chord - m[:-1]) / h - bend, bend / h]
         else:
             coefficients = [y[:-1], chord]
+        slopes_at_ends = coefficients[1][:1], _slope_at(coefficients, h)
         for _ in range(self.order):
             raised: list[Any] = []
             for k, c in enumerate(coefficients[1:], 1):
@@ -208,16 +237,18 @@ class Table:
             coefficients = raised
         if self.ends is Ends.PERIODIC:
             return Pieces(x[1:-1], x[:-1], tuple(coefficients), x[:1], x[-1:] - x[:1])
-        if self.ends is Ends.HELD:
-            ends = (y[:1], y[-1:]) if self.order == 0 else (zero, zero)
-            low, high = x[:1], x[-1:]
-        else:
-            ends = (undefined, undefined)
-            low, high = x[:1] - margin, x[-1:] + margin
+        low, high = x[:1], x[-1:]
+        beyond = [(zero, zero)] * len(coefficients)
+        if self.ends is Ends.NOTHING:
+            low, high = low - margin, high + margin
+            beyond[0] = undefined, undefined
+        elif self.order == 0:
+            beyond[0] = y[:1], y[-1:]
+        if self.ends is Ends.STRAIGHT and self.order <= 1:
+            beyond[1 - self.order] = slopes_at_ends
         breaks = _joined(low, x[1:-1], high)
         base = _joined(x[:1], x[:-1], x[-1:])
-        first, *rest = coefficients
-        padded = [_joined(ends[0], first, ends[1]), *(_joined(zero, c, zero) for c in rest)]
+        padded = [_joined(before, c, after) for c, (before, after) in zip(coefficients, beyond, strict=True)]
         return Pieces(breaks, base, tuple(padded))
 
     def _float_slopes(self) -> FloatArray:
@@ -368,6 +399,17 @@ def _quintics(h: Any, y: Any, m: Any, q: Any) -> list[Any]:
     fifth = times(6, value) - times(3, slope) + bend
     cube = square * h
     return [y[:-1], m[:-1], q[:-1], third / cube, fourth / (cube * h), fifth / (cube * square)]
+
+
+def _slope_at(coefficients: Sequence[Any], h: Any) -> Any:
+    """The slope at the end of the last of pieces with these coefficients, which are ``h`` wide."""
+    wide, power, total = h[-1:], None, coefficients[1][-1:]
+    for k, c in enumerate(coefficients[2:], 2):
+        power = wide if power is None else power * wide
+        part = power * c[-1:]
+        for _ in range(k):
+            total = total + part
+    return total
 
 
 def _joined(*parts: Any) -> Any:

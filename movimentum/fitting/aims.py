@@ -21,7 +21,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.variants.reducing import influence, reduced
-from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, payloads_read, places_from
 
 READABLE = AnchorCoordinate | ThingAngle | VariableComponent
 """The payloads that can be read off many variants at once."""
@@ -85,11 +85,7 @@ class LoweredAims:
     def payloads(self) -> tuple[Hashable, ...]:
         """What has to be read off a motion."""
         roots = [*(side for aim in self.aims for side in aim.sides), *(part.inner for part in self.reductions)]
-        found: dict[Hashable, None] = {}
-        for node in walk(*roots):
-            if node.op == "symbol" and not isinstance(node.payload, Varied | Reduced):
-                found[node.payload] = None
-        return tuple(found)
+        return payloads_read(*roots)
 
     @property
     def equations(self) -> float:
@@ -167,8 +163,7 @@ def _without(root: Expr, aim: int, reductions: list[ReducedExpr], unfolding: Ori
 
 def frames_of(timeline: Timeline, held: HeldClaim) -> Sequence[int]:
     """The frames in which an aim stands; where it stands between two frames only, the one before."""
-    found = [k for k in range(timeline.frame_count) if held.covers(timeline.frame_time(k))]
-    if found:
+    if found := timeline.frames_under(held):
         return found
     before = int((Fraction(held.start) - timeline.start) * timeline.fps)
     return [min(max(before, 0), timeline.frame_count - 1)]
@@ -227,7 +222,7 @@ class SideFormulas:
         self.payloads = lowered.payloads
         self.layout = layout_of(lowered)
         place: dict[Hashable, int] = {payload: n for n, payload in enumerate(self.payloads)}
-        place |= {Varied(name): len(self.payloads) + k for k, name in enumerate(self.names)}
+        place |= places_from(len(place), self.names)
         self.clocks = Clocks()
         self.inner = dual_function([part.inner for part in lowered.reductions], place, self.clocks)
         outside: dict[Hashable, int] = place | {Reduced(k): len(place) + k for k in range(len(lowered.reductions))}

@@ -5,7 +5,7 @@ Single times may vary with the constants as anything else does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -34,13 +34,13 @@ from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import Across, problem_at
+from movimentum.solver.kinds.across import Across, at_instants, problem_at
 from movimentum.solver.kinds.kernels import across
 from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_MOTION
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
 from movimentum.variants.together.pattern import NotTogether, filled
-from movimentum.variants.tracing import Varied, with_values
+from movimentum.variants.tracing import places_from, with_values
 
 Locals = dict[tuple[int, int], tuple[Dual, Dual]]
 """The local places of anchors."""
@@ -69,8 +69,7 @@ class ReadingTimes:
         for _, part in parts:
             assert part.time is not None
             self.times.setdefault(part.time, len(self.times))
-        places: dict[Hashable, int] = {Varied(name): k for k, name in enumerate(formulas.names)}
-        self.function = dual_function(list(self.times), places, Clocks())
+        self.function = dual_function(list(self.times), places_from(0, formulas.names), Clocks())
 
     def begun(self, constants: FloatArray, *, slopes: bool) -> MomentReading:
         """The times of variants with these ``constants`` (V, C)."""
@@ -369,12 +368,14 @@ class TogetherEvaluator:
                 tau: FloatArray, clocks: Sequence[FloatArray], run: SegmentRun = run, course: BatchCourse = course
             ) -> State:
                 if self.followed:  # the same times for all, which are instants of the grid
-                    return at_columns(run.state, [*np.argmin(np.abs(run.grid.instants.tau - tau[:1].T), axis=1)])
+                    nearest = np.argmin(np.abs(run.grid.instants.tau - tau[:1].T), axis=1)
+                    return [at_instants(value, nearest) for value in run.state]
                 return solved_at(run, course.places.varied, course.size, tau, clocks)
 
             segment, last = run.segment.segment, k + 1 == len(self.segments)
             tau = run.grid.instants.tau[chosen]
-            yield SolvedPart(segment.start, segment.end, last, tau, at_columns(run.state, chosen), state_at)
+            state = [at_instants(value, chosen) for value in run.state]
+            yield SolvedPart(segment.start, segment.end, last, tau, state, state_at)
 
 
 def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
@@ -384,11 +385,6 @@ def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
         raise NotTogether("integrals or free motions, read at times that vary")
     timeline = formulas.lowered.timeline
     return tuple({min(max(Fraction(time), timeline.start), timeline.end) for time in times if time is not None})
-
-
-def at_columns(state: State, chosen: IntArray | list[int]) -> State:
-    """A state at some of its instants."""
-    return [np.asarray(value)[..., chosen] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]
 
 
 def _joined(parts: Sequence[Dual]) -> Dual:

@@ -17,7 +17,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.planning.structure.rates import RateError
 from movimentum.query import reader
-from movimentum.records import dataclass, field, replace
+from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
@@ -30,7 +30,7 @@ from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.tracing import OriginUnfolding, with_values
 from movimentum.workflow.frames import PoseChunks
-from movimentum.workflow.stages import arranged, moved
+from movimentum.workflow.stages import moved
 
 REMEMBERED = 512
 """Variants whose motions are known still."""
@@ -67,8 +67,7 @@ class SingleEvaluator:
         none = np.full(len(self.formulas.layout.aim), np.nan)
         values = dict(zip(self.formulas.names, constants.tolist(), strict=True))
         try:
-            scene = self.variants.scene(values)
-            timeline = replace(arranged(scene, self.variants.choices), claims=(), aims=())
+            timeline = self.variants.without_claims(values)
             motion = moved(timeline, resumes=False)
         except ScriptError:
             return SingleMotion(None, VariantOutcome.UNASSEMBLED, float("nan"), none)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.expressions import ONE, ZERO, Expr, substitute, symbol, symbols, walk
+from movimentum.expressions import ONE, ZERO, Expr, symbols, walk
 from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import differentiate
@@ -27,8 +27,9 @@ from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
 from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off, solved_pose
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import column
 from movimentum.tolerances import SINGULAR_FOR_SLOPES
-from movimentum.variants.tracing import OriginUnfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, numbered, places_from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,22 +118,19 @@ def dual_function(expressions: Sequence[Expr], place: Mapping[Hashable, int], cl
     """Compile ``expressions``, whose symbols' payloads are inputs number ``place``. Their clocks are added to
     ``clocks``.
     """
-    numbered = [
-        substitute(each, lambda node: symbol(place[node.payload]) if node.op == "symbol" else None)
-        for each in expressions
-    ]
+    roots = [numbered(each, place) for each in expressions]
     reads: dict[Hashable, int] = {}
     slopes: list[tuple[int, int]] = []
     outputs: list[Expr] = []
-    for i, root in enumerate(numbered):
+    for i, root in enumerate(roots):
         timed = any(node.op == "clock" for node in _leaves(root))
         for what in (*sorted(n for n in symbols(root) if isinstance(n, int)), *((TIME,) if timed else ())):
             slope = differentiate(root, lambda node, what=what: ONE if _is(node, what) else ZERO)
             if slope != ZERO:
                 slopes.append((i, reads.setdefault(what, len(reads))))
                 outputs.append(slope)
-    function = compiled([*numbered, *outputs], clocks)
-    return DualFunction(function, compiled(numbered, clocks), len(numbered), tuple(reads), tuple(slopes))
+    function = compiled([*roots, *outputs], clocks)
+    return DualFunction(function, compiled(roots, clocks), len(roots), tuple(reads), tuple(slopes))
 
 
 def _is(node: Expr, what: Hashable) -> bool:
@@ -172,8 +170,7 @@ class SegmentSlopes:
         self.plan, self.names = plan, names
         self.clocks = Clocks(starts)
         self.unknowns = len(plan.system.unknowns)
-        self.place: dict[Hashable, int] = {n: n for n in range(self.unknowns)}
-        self.place |= {Varied(name): self.unknowns + k for k, name in enumerate(names)}
+        self.place = places_from(self.unknowns, names)
         system = plan.system
         unfold = unfolding.unfolded
         things = {p.thing for p in payloads if isinstance(p, AnchorCoordinate | ThingAngle)}
@@ -250,7 +247,7 @@ class AnchorSlopes:
         self.anchors = sorted(wanted)
         unfold, things = unfolding.unfolded, scene.things
         places = [unfold(part) for thing, anchor in self.anchors for part in things[thing].anchors[anchor].coordinates]
-        self.function = dual_function(places, {Varied(name): k for k, name in enumerate(names)}, Clocks())
+        self.function = dual_function(places, places_from(0, names), Clocks())
         self.columns = len(names)
 
     def duals(self, varied: Sequence[FloatArray], *, slopes: bool) -> dict[tuple[int, int], tuple[Dual, Dual]]:
@@ -284,14 +281,7 @@ def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hasha
     for body in bodies:
         turns = body.angle if body.thing in turning or body.c is None or body.s is None else None
         wanted += [n for n in (body.x, body.y, body.c, body.s, turns) if n is not None]
-    found: set[int] = set()
-    while wanted:
-        number = plan.owner.get(wanted.pop())
-        if number is not None and number not in found:
-            found.add(number)
-            block = plan.blocks[number]
-            wanted += [n for e in block.equations for n in plan.system.equations[e].unknowns] + list(block.inputs)
-    return found
+    return set(plan.behind(wanted))
 
 
 def _frame(plan: Plan, thing: int) -> tuple[Expr, ...]:
@@ -307,13 +297,10 @@ def _sine_and_cosine(angle: Dual) -> tuple[Dual, Dual]:
 
 def at_end(part: Dual) -> Dual:
     """As it is at the last instant."""
-    value = part.value
-    if np.ndim(value) and np.shape(value)[-1] > 1:
-        value = np.asarray(value)[..., -1:]
     slope = part.slope
     if slope is not None and slope.shape[-2] > 1:
         slope = slope[..., -1:, :]
-    return Dual(value, slope)
+    return Dual(column(part.value, -1), slope)
 
 
 def _solved(jacobian: FloatArray, right: FloatArray) -> FloatArray:

@@ -13,12 +13,12 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity, replacement
 from movimentum.fitting.fit import Fitted
 from movimentum.fitting.programming import Program
 from movimentum.fitting.single import SingleMotion
-from movimentum.fitting.timing import varied_names
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Claim, Purpose, Relation
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import AT_AN_END, GAIN_WORTH_A_NOTE, LEAST_DIVISOR, ROUNDED_UP
 from movimentum.variants.outcomes import VariantOutcome
+from movimentum.variants.tracing import varied_names
 
 _ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
 

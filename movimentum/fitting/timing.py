@@ -19,7 +19,7 @@ from movimentum.fitting.slopes import Dual
 from movimentum.records import dataclass
 from movimentum.tolerances import LEAST_DIVISOR, ORDER_LINEAR
 from movimentum.variants.together.pattern import Pattern
-from movimentum.variants.tracing import Reduced, Varied
+from movimentum.variants.tracing import Reduced, Varied, varied_names
 
 FAR = 1e300
 """What it costs to be where no time may be."""
@@ -58,7 +58,7 @@ class FreeTimes:
             if aim.extreme:
                 taken |= {name for k in _reduced(aim.sides) for name in _times(lowered.reductions[k])}
             if number not in orders:
-                taken |= {name for side in aim.sides for name in varied_names(side)}
+                taken |= varied_names(*aim.sides)
         reading = [_reduced(aim.sides) for aim in lowered.aims]
         self.times: list[FreeTime] = []
         for column, name in enumerate(names):
@@ -202,12 +202,7 @@ def constants_of_motion(pattern: Pattern) -> set[str]:
         system = segment.plan.system
         roots += [equation.residual for equation in system.equations]
         roots += [selector.value for selector in system.selectors]
-    return {name for root in roots for name in varied_names(pattern.unfolding.unfolded(root))}
-
-
-def varied_names(root: Expr) -> set[str]:
-    """The varied constants in an expression."""
-    return {node.payload.name for node in walk(root) if node.op == "symbol" and isinstance(node.payload, Varied)}
+    return varied_names(*map(pattern.unfolding.unfolded, roots))
 
 
 def _times(part: ReducedExpr) -> set[str]:

@@ -21,7 +21,8 @@ from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends
 from movimentum.geometry import Point
 from movimentum.outlines.facets import Facets
-from movimentum.outlines.forms import forms_of, in_forms
+from movimentum.outlines.flat import flattened
+from movimentum.outlines.forms import forms_of, forms_of_edges, in_forms
 from movimentum.outlines.lengths import Paces, paces
 from movimentum.records import replace
 from movimentum.tolerances import EVEN_PACE, FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
@@ -138,15 +139,18 @@ class Contour:
     def values(self, place: FloatArray) -> FloatArray:
         """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
         place = self.inside(place)
+        flat = place.reshape(-1)
+        if self._edges is not None:
+            piece = np.searchsorted(self._inner, flat, side="right")
+            return in_forms(self._edges[:, piece], flat - self._starts[piece]).reshape(8, *place.shape)
         if len(self._functions) == 1:
             return np.stack(self._functions[0](place))
-        flat = place.reshape(-1)
         number = np.minimum(np.floor((flat - self.first) * (self.times / self.period)), self.times - 1.0)
         flat = flat - number * (self.period / self.times)
         forms, known = self._forms
         piece = np.searchsorted(self._inner, flat, side="left")
         found = in_forms(forms[:, piece], flat - self._starts[piece])
-        for k in np.unique(piece[~known[piece]]).tolist():
+        for k in np.nonzero(~known & (np.bincount(piece, minlength=len(known)) > 0))[0].tolist():
             some = piece == k
             found[:, some] = self._functions[k](flat[some])
         if self.times > 1:
@@ -171,6 +175,10 @@ class Contour:
     def _forms(self) -> tuple[FloatArray, BoolArray]:
         return forms_of(self._functions, self.once)
 
+    @cached_property
+    def _edges(self) -> FloatArray | None:
+        return forms_of_edges(self.position, self.direction, np.array(self.breaks)) if self.straight else None
+
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""
         place = np.asarray(place, dtype=np.float64)
@@ -187,7 +195,7 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        found = _flattened(self, self.once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        found = flattened(self.points, self.once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
         again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 
@@ -235,7 +243,7 @@ class Contour:
         """A polygon (or a line) that is nowhere farther from it than can be seen; a closed one ends before it begins
         again.
         """
-        found = _flattened(self, self.breaks, FLATTENED)
+        found = flattened(self.points, self.breaks, FLATTENED)
         points = [(float(x), float(y)) for x, y in self.points(np.append(found, self.last))]
         kept, least = points[:1], OUTLINE_CLOSES * self.size
         for point in points[1:]:
@@ -370,31 +378,3 @@ def curvature_of(outline: Contour, place: Expr) -> Expr:
     speed = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
     squared = add(mul(tx, tx), mul(ty, ty))
     return put_in(Expr("div", (turn, mul(squared, speed))), place)
-
-
-def _flattened(outline: Contour, breaks: Sequence[float], off: float) -> FloatArray:
-    """Places from the first of ``breaks`` (included) to the last (not), with all of these, between which straight lines
-    are within ``off``.
-    """
-    edges = np.array(breaks)
-    begin = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(8) / 8.0)).ravel()
-    end = np.append(begin[1:], edges[-1])
-    done: list[FloatArray] = []
-    for _ in range(14):
-        middle = (begin + end) / 2.0
-        between = (begin + middle) / 2.0
-        p, m, q, r = (outline.points(each) for each in (begin, middle, between, end))
-        far = np.maximum(_off_chord(p, m, r), _off_chord(p, q, r)) > off
-        done.append(begin[~far])
-        begin, end = np.concatenate([begin[far], middle[far]]), np.concatenate([middle[far], end[far]])
-        if not far.any():
-            break
-    return np.sort(np.concatenate([*done, begin]))
-
-
-def _off_chord(a: FloatArray, p: FloatArray, b: FloatArray) -> FloatArray:
-    chord = b - a
-    size = np.hypot(*chord.T)
-    with np.errstate(all="ignore"):  # a curve that goes so far is refused
-        across = np.abs(chord[:, 0] * (p - a)[:, 1] - chord[:, 1] * (p - a)[:, 0]) / np.where(size > 0.0, size, 1.0)
-    return np.where(size > 0.0, across, np.hypot(*(p - a).T))

@@ -1,11 +1,7 @@
-"""Polygons that are apart or overlap: how far, between which of their features, and the shortest way out.
+"""Polygons that are apart or overlap: how far, and between which of their features.
 
 A polygon goes round so that what is free is on the right of its edges: counter-clockwise around what is solid, and
 clockwise around a hole (``hollow``: what is solid is outside). A line goes there and back and encloses nothing.
-
-Translations of one polygon that just touch the other are the convolution of both: an edge of one against a corner of
-the other that looks at it. The least translation that frees is the nearest place of it, or of two crossing parts of
-it, at which nothing overlaps any more.
 """
 
 from __future__ import annotations
@@ -14,25 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
 MOST_COMPARED = 200_000
 """Pairs of a corner and an edge that are compared at once."""
-MOST_TRIED = 1_000
-"""Translations that are tried at most, of each kind."""
-MOST_CROSSED = 1_000
-"""Parts of the convolution of which the crossings are tried, the nearest ones."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Facets:
-    """``points``: the corners (N, 2); ``convex``: it is solid and has no corner that is hollow."""
+    """``points``: the corners (N, 2); ``convex``: it is solid and has no corner that is hollow; ``bowl``: it is a hole
+    into which no corner juts.
+    """
 
     points: FloatArray
     hollow: bool
     convex: bool
+    bowl: bool
     size: float
 
     @staticmethod
@@ -43,8 +38,8 @@ class Facets:
         turn = before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0]
         size = float(np.ptp(points, axis=0).max())
         once = abs(float(np.arctan2(turn, np.sum(before * edges, axis=1)).sum())) < 2.1 * np.pi
-        convex = bool((turn >= -FACETS_TOUCH * size * size).all()) and not hollow and (len(points) < 3 or once)
-        return Facets(points, hollow, convex, size)
+        one_way = bool(((-turn if hollow else turn) >= -FACETS_TOUCH * size * size).all()) and (len(points) < 3 or once)
+        return Facets(points, hollow, one_way and not hollow, one_way and hollow, size)
 
     def moved(self, pose: FloatArray) -> FloatArray:
         """(F, N, 2): the corners at poses (4, F): x, y, cosine and sine."""
@@ -63,6 +58,11 @@ class Feature:
     here: tuple[int, float]
     there: tuple[int, float]
     way: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def swapped(self) -> Feature:
+        """The same, seen from the other one."""
+        return Feature(self.value, self.there, self.here, (-self.way[0], -self.way[1]))
 
 
 def _to_edges(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -107,7 +107,8 @@ def nearest(p: FloatArray, q: FloatArray) -> Feature:
 # --- convex ones, at once
 
 
-def _outward(points: FloatArray) -> FloatArray:
+def outward(points: FloatArray) -> FloatArray:
+    """The unit normals (…, N, 2) of the edges of a polygon (…, N, 2), to what is free."""
     e = np.roll(points, -1, axis=-2) - points
     normal = np.stack([e[..., 1], -e[..., 0]], axis=-1)
     return normal / np.maximum(np.hypot(e[..., 0], e[..., 1]), LEAST_DIVISOR)[..., None]
@@ -115,7 +116,7 @@ def _outward(points: FloatArray) -> FloatArray:
 
 def separations(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of convex p (N, 2) and q (F, M, 2): how far each normal of p (F, N) and of q (F, M) keeps them apart."""
-    n, m = _outward(p), _outward(q)
+    n, m = outward(p), outward(q)
     here = np.min(np.einsum("nk,fmk->fnm", n, q), axis=2) - np.sum(n * p, axis=1)
     there = np.min(np.einsum("fmk,nk->fmn", m, p), axis=2) - np.sum(m * q, axis=2)
     return here, there
@@ -146,129 +147,76 @@ def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     return (np.sum(crosses & (x < at), axis=-1) % 2).astype(np.bool_)
 
 
-def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> bool:
-    """Whether one of the points is in what is solid, farther than ``least`` from its edges."""
-    if not hollow:
-        points = points[((points >= solid.min(axis=0)) & (points <= solid.max(axis=0))).all(axis=1)]
-    if not len(points):
-        return False
-    within = points[inside(points, solid) != hollow]
-    return len(within) > 0 and bool((_to_edges(within, solid)[0].min(axis=1) > least * least).any())
-
-
 def overlap(a: Facets, b: Facets, q: FloatArray) -> bool:
     """Whether a and b, whose corners are at q (M, 2), overlap by more than rounding."""
+    return bool(overlapping(a, b, q[None])[0])
+
+
+def overlapping(a: Facets, b: Facets, q: FloatArray) -> BoolArray:
+    """(K,): the same for the corners of b at K places, q (K, M, 2)."""
+    found = np.zeros(len(q), dtype=np.bool_)
     p, least = a.points, FACETS_TOUCH * max(a.size, b.size)
-    if not a.hollow and not b.hollow and ((p.max(axis=0) < q.min(axis=0)) | (q.max(axis=0) < p.min(axis=0))).any():
-        return False
-    middles = [(each + np.roll(each, -1, axis=0)) / 2.0 for each in (p, q)]
-    thin = len(p) < 3, len(q) < 3
-    if _edges_cross(p, q, least):
-        return True
-    if not thin[0] and _deep_in(np.concatenate([q, middles[1]]), p, a.hollow, least):
-        return True
-    return not thin[1] and _deep_in(np.concatenate([p, middles[0]]), q, b.hollow, least)
+    some = np.arange(len(q))
+    if not a.hollow and not b.hollow:
+        some = np.nonzero(((p.max(axis=0) >= q.min(axis=1)) & (q.max(axis=1) >= p.min(axis=0))).all(axis=1))[0]
+    step = max(1, MOST_COMPARED // (len(p) * q.shape[1]))
+    for begin in range(0, len(some), step):
+        own = some[begin : begin + step]
+        found[own] = _edges_cross(p, q[own], least)
+    some = some[~found[some]]
+    if len(p) > 2:
+        found[some] = _deep_in(np.concatenate([q[some], _middles(q[some])], axis=1), p[None], a.hollow, least)
+        some = some[~found[some]]
+    if q.shape[1] > 2 and len(some):
+        points = np.concatenate([p, _middles(p)])
+        found[some] = _deep_in(np.broadcast_to(points, (len(some), *points.shape)), q[some], b.hollow, least)
+    return found
 
 
-def _edges_cross(p: FloatArray, q: FloatArray, least: float) -> bool:
-    """Whether edges cross, each with both ends more than ``least`` beyond the other."""
-    p0, p1, q0, q1 = p, np.roll(p, -1, axis=0), q, np.roll(q, -1, axis=0)
-    low, high = np.maximum(p.min(axis=0), q.min(axis=0)), np.minimum(p.max(axis=0), q.max(axis=0))
-    near = [((np.maximum(u, v) >= low) & (np.minimum(u, v) <= high)).all(axis=1) for u, v in ((p0, p1), (q0, q1))]
-    p0, p1, q0, q1 = p0[near[0]], p1[near[0]], q0[near[1]], q1[near[1]]
-    if not len(p0) or not len(q0):
-        return False
+def _middles(points: FloatArray) -> FloatArray:
+    return (points + np.roll(points, -1, axis=-2)) / 2.0
+
+
+def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> BoolArray:
+    """(K,) whether one of points (K, L, 2) is in what is solid (K or 1, N, 2), more than ``least`` from its edges."""
+    found = np.zeros(len(points), dtype=np.bool_)
+    may = np.ones(points.shape[:2], dtype=np.bool_)
+    if not hollow:
+        low, high = solid.min(axis=1)[:, None], solid.max(axis=1)[:, None]
+        may = ((points >= low) & (points <= high)).all(axis=2)
+    place, which = np.nonzero(may)
+    step = max(1, MOST_COMPARED // solid.shape[1])
+    for begin in range(0, len(place), step):
+        k, own = place[begin : begin + step], which[begin : begin + step]
+        polygon = solid if len(solid) == 1 else solid[k]
+        point = points[k, own][:, None]
+        within = inside(point, polygon)[:, 0] != hollow
+        if within.any():
+            polygon = polygon if len(polygon) == 1 else polygon[within]
+            deep = _to_edges(point[within], polygon)[0][:, 0].min(axis=1) > least * least
+            found[k[within][deep]] = True
+    return found
+
+
+def _edges_cross(p: FloatArray, q: FloatArray, least: float) -> BoolArray:
+    """(K,) whether edges of p (N, 2) and q (K, M, 2) cross, with all ends more than ``least`` beyond the other."""
+    p0, p1, q0, q1 = p, np.roll(p, -1, axis=0), q, np.roll(q, -1, axis=1)
+    low, high = np.maximum(p.min(axis=0), q.min(axis=(0, 1))), np.minimum(p.max(axis=0), q.max(axis=(0, 1)))
+    here = ((np.maximum(p0, p1) >= low) & (np.minimum(p0, p1) <= high)).all(axis=1)
+    there = ((np.maximum(q0, q1) >= low) & (np.minimum(q0, q1) <= high)).all(axis=2).any(axis=0)
+    p0, p1, q0, q1 = p0[here][None], p1[here][None], q0[:, there], q1[:, there]
+    if not p0.size or not q0.size:
+        return np.zeros(len(q), dtype=np.bool_)
 
     def beyond(a: FloatArray, b: FloatArray, x: FloatArray) -> FloatArray:
         e = b - a
-        size = np.maximum(np.hypot(*e.T), LEAST_DIVISOR)[:, None]
-        return (e[:, 0, None] * (x[:, 1] - a[:, 1, None]) - e[:, 1, None] * (x[:, 0] - a[:, 0, None])) / size
+        e = e / np.maximum(np.hypot(e[..., 0], e[..., 1]), LEAST_DIVISOR)[..., None]
+        own = e[..., 0] * a[..., 1] - e[..., 1] * a[..., 0]
+        return e[..., 0, None] * x[..., None, :, 1] - e[..., 1, None] * x[..., None, :, 0] - own[..., None]
 
     def parted(one: FloatArray, other: FloatArray) -> Any:
         return (one * other < 0.0) & (np.minimum(abs(one), abs(other)) > least)
 
-    return bool(
-        (parted(beyond(p0, p1, q0), beyond(p0, p1, q1)) & parted(beyond(q0, q1, p0), beyond(q0, q1, p1)).T).any()
-    )
-
-
-def _convolution(p: FloatArray, q: FloatArray, size: float) -> tuple[FloatArray, FloatArray, IntArray, IntArray, int]:
-    """Where translations of q touch p: from (K, 2) to (K, 2); the edge or corner of p, and of q; and how many of them,
-    the first ones, are about edges of p.
-    """
-    least = FACETS_TOUCH * size
-
-    def looking(edges: FloatArray, corners: FloatArray) -> tuple[IntArray, IntArray]:
-        normal = _outward(edges)
-        off = [np.roll(corners, way, axis=0) - corners for way in (1, -1)]
-        fits = (normal @ off[0].T >= -least) & (normal @ off[1].T >= -least)
-        found = np.nonzero(fits)
-        return found[0], found[1]
-
-    i, j = looking(p, q)
-    m, n = looking(q, p)  # edge of q, corner of p
-    begin = np.concatenate([p[i] - q[j], p[n] - q[m]])
-    end = np.concatenate([np.roll(p, -1, axis=0)[i] - q[j], p[n] - np.roll(q, -1, axis=0)[m]])
-    return begin, end, np.concatenate([i, n]), np.concatenate([j, m]), len(i)
-
-
-def deepest(a: Facets, b: Facets, q: FloatArray) -> Feature:
-    """The shortest way out of overlapping a and b, whose corners are at q (M, 2). Where none is found, the value is
-    -inf.
-    """
-    p = a.points
-    size = max(a.size, b.size)
-    begin, end, i, j, first = _convolution(p, q, size)
-    way = end - begin
-    part = np.clip(-np.sum(begin * way, axis=1) / np.maximum(np.sum(way * way, axis=1), LEAST_DIVISOR), 0.0, 1.0)
-    shift = begin + part[:, None] * way
-    off = np.hypot(*shift.T)
-    order = np.argsort(off, kind="stable")
-
-    def feature(k: int, at: float, value: float, moved: FloatArray) -> Feature:
-        here, there = ((int(i[k]), at), (int(j[k]), 0.0)) if k < first else ((int(i[k]), 0.0), (int(j[k]), at))
-        return Feature(-value, here, there, (float(moved[0]), float(moved[1])))
-
-    best: Feature | None = None
-    for k in order[: MOST_TRIED * (4 if a.hollow or b.hollow else 1)].tolist():
-        if not overlap(a, b, q + shift[k]):
-            best = feature(k, float(part[k]), float(off[k]), shift[k])
-            break
-    if a.convex and b.convex and best is not None:
-        return best
-    limit = -best.value if best is not None else np.inf
-    near = order[off[order] < limit][:MOST_CROSSED]
-    for both, moved in _crossings(begin, way, near, limit):
-        if not overlap(a, b, q + moved):
-            k = max(both, key=lambda each: (way[each, 1] * moved[0] - way[each, 0] * moved[1]) / np.hypot(*way[each]))
-            at = float(np.clip(np.dot(moved - begin[k], way[k]) / np.dot(way[k], way[k]), 0.0, 1.0))
-            return feature(k, at, float(np.hypot(*moved)), moved)
-    if best is None:
-        return Feature(-np.inf, (0, 0.0), (0, 0.0))
-    return best
-
-
-def _crossings(
-    begin: FloatArray, way: FloatArray, some: IntArray, limit: float
-) -> list[tuple[tuple[int, int], FloatArray]]:
-    """Where two of the parts of a convolution cross, nearer than ``limit``: the nearest ones first. The way out leads
-    through one of both from behind at least; the other may have it along itself, or even before it.
-    """
-    b, w = begin[some], way[some]
-    det = w[:, None, 0] * w[None, :, 1] - w[:, None, 1] * w[None, :, 0]
-    dx, dy = (b[None, :, k] - b[:, None, k] for k in (0, 1))
-    with np.errstate(all="ignore"):
-        s = (dx * w[None, :, 1] - dy * w[None, :, 0]) / det
-        r = (dx * w[:, None, 1] - dy * w[:, None, 0]) / det
-    meets = np.triu((s >= 0.0) & (s <= 1.0) & (r >= 0.0) & (r <= 1.0), 1)
-    k, other = np.nonzero(meets)
-    points = b[k] + s[meets][:, None] * w[k]
-    off = np.hypot(*points.T)
-    order = np.argsort(off, kind="stable")
-    order = order[off[order] < limit][:MOST_TRIED]
-    return [((int(some[k[n]]), int(some[other[n]])), points[n]) for n in order.tolist()]
-
-
-def gap(a: Facets, b: Facets, q: FloatArray) -> Feature:
-    """Where a and b, whose corners are at q (M, 2), are nearest or part the shortest way."""
-    return deepest(a, b, q) if overlap(a, b, q) else nearest(a.points, q)
+    crossing = parted(beyond(p0, p1, q0), beyond(p0, p1, q1))
+    crossing &= np.swapaxes(parted(beyond(q0, q1, p0), beyond(q0, q1, p1)), 1, 2)
+    return np.asarray(crossing.any(axis=(1, 2)), dtype=np.bool_)

@@ -13,10 +13,19 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Facets, convex_gaps, deepest, inside, overlap, to_edges
+from movimentum.outlines.facets import Facets, convex_gaps, inside, overlapping, to_edges
 from movimentum.outlines.search import refined
+from movimentum.outlines.ways_out import deepest
 from movimentum.records import dataclass
-from movimentum.tolerances import EDGES_CROSS, FACETS_TOUCH, OUTLINE_SAMPLED
+from movimentum.tolerances import (
+    EDGES_CROSS,
+    FACETS_TOUCH,
+    OUTLINE_CLOSES,
+    OUTLINE_SAMPLED,
+    PLACE_FOUND,
+    PLACE_ROUNDS,
+    PLACES_MEET,
+)
 
 OF_TOOTH = 4
 """Corners of each piece of a tooth."""
@@ -75,6 +84,10 @@ def _toothed(contour: Contour) -> tuple[FloatArray, FloatArray]:
     own = contour.points(places)
     apart = np.append(True, np.hypot(*np.diff(own, axis=0).T) > OUTLINE_SAMPLED * OUTLINE_SAMPLED)
     own, places = own[apart], places[apart]
+    bent = np.ones(len(own), dtype=np.bool_)  # between both ends of a straight piece nothing is to be told
+    (ux, uy), (vx, vy) = np.diff(own[:-1], axis=0).T, np.diff(own[1:], axis=0).T
+    bent[1:-1] = np.abs(ux * vy - uy * vx) > OUTLINE_CLOSES * np.hypot(ux, uy) * np.hypot(vx, vy)
+    own, places = own[bent], places[bent]
     turn = np.arange(contour.times) * (2.0 * np.pi / contour.times)
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     points = np.stack([c * own[:, 0] - s * own[:, 1], s * own[:, 0] + c * own[:, 1]], axis=-1).reshape(-1, 2)
@@ -116,10 +129,11 @@ def _values(a: Fine, b: Fine, q: FloatArray, here: IntArray, there: IntArray) ->
     """(3, K): distances and places for corners q (K, M, 2) of b, as far as edges ``here`` and ``there`` tell."""
     p, rows = a.facets.points, np.arange(len(q))
     reach = a.reach + b.reach
+    k, m = (each[:1] if count == 2 else each for each, count in ((here, len(p)), (there, q.shape[1])))
     p1, q1 = p[here][None], q[:, there]
-    p2, q2 = p[(here + 1) % len(p)][None], q[:, (there + 1) % q.shape[1]]
-    off, part = to_edges(q1, p1, p2)  # (K, M, N)
-    other, also = to_edges(p1, q1, q2)  # (K, N, M)
+    edges = [p[k][None], p[(k + 1) % len(p)][None], q[:, m], q[:, (m + 1) % q.shape[1]]]  # back along a line: the same
+    off, part = to_edges(q1, *edges[:2])  # (K, M, N)
+    other, also = to_edges(p1, *edges[2:])  # (K, N, M)
     j, i = np.divmod(np.argmin(off.reshape(len(q), -1), axis=1), off.shape[2])
     m, n = np.divmod(np.argmin(other.reshape(len(q), -1), axis=1), other.shape[2])
     first, second = off[rows, j, i], other[rows, m, n]
@@ -132,7 +146,7 @@ def _values(a: Fine, b: Fine, q: FloatArray, here: IntArray, there: IntArray) ->
         if corners.shape[1] > 2:
             within = inside(points, corners) != solid.facets.hollow
             deep = np.maximum(deep, np.sqrt(np.where(within, near.min(axis=2), 0.0).max(axis=1)))
-    crossed = np.where(_cross(p1, p2, q1, q2), -reach - EDGES_CROSS * min(a.radius, b.radius), value)
+    crossed = np.where(_cross(*edges), -reach - EDGES_CROSS * min(a.radius, b.radius), value)
     return np.stack([np.where(deep > 0.0, -deep - reach, crossed), u, v])
 
 
@@ -171,13 +185,18 @@ def depths(a: Fine, b: Fine, pose: FloatArray, *, whole: bool = False) -> FloatA
     one = _swollen(a) if whole and a.reach > 0.0 and p.convex else p
     other = _swollen(b) if whole and b.reach > 0.0 and b.facets.convex else b.facets
     least = FACETS_TOUCH * max(p.size, b.facets.size)
-    for k in np.nonzero(found > 0.0)[0].tolist():
-        if found[k] > reach + least and len(p.points) > 1 and q.shape[1] > 1:
-            found[k] = _finite(reach - deepest(p, b.facets, q[k]).value, found[k])
-        if one is not p or other is not b.facets:
-            r = other.moved(pose[:, k : k + 1])[0]
-            deep = _finite(-deepest(one, other, r).value, 0.0) if overlap(one, other, r) else 0.0
-            found[k] = deep if deep > found[k] + ROUND * reach else found[k]
+    some = np.nonzero(found > 0.0)[0]
+    if len(p.points) > 1 and q.shape[1] > 1:
+        deep = some[found[some] > reach + least]
+        found[deep] = [
+            _finite(reach - each.value, found[k]) for k, each in zip(deep, deepest(p, b.facets, q[deep]), strict=True)
+        ]
+    if one is not p or other is not b.facets:
+        r = other.moved(pose[:, some])
+        under = overlapping(one, other, r)
+        for k, each in zip(some[under], deepest(one, other, r[under]), strict=True):
+            value = _finite(-each.value, 0.0)
+            found[k] = value if value > found[k] + ROUND * reach else found[k]
     return found
 
 
@@ -195,27 +214,62 @@ def _swollen(own: Fine) -> Facets:
 
 def touching(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     """(K,): signed distances of the outlines themselves near places u and v (K,), for poses (4, K); nan where nothing
-    is found there.
+    is found there, or the polygons tell as well.
     """
-    if a.contour is None or b.contour is None:
-        return _of_circle(a, b, pose, u, v)
-    return refined(a.contour, b.contour, pose, u, v, NEWTON)[2] - a.reach - b.reach
+    reach, found = a.reach + b.reach, np.full(len(u), np.nan)
+    corners = _at_corner(a, u), _at_corner(b, v)
+    smooth, here, there = ~corners[0] & ~corners[1], corners[0] & ~corners[1], corners[1] & ~corners[0]
+    if smooth.any():
+        assert a.contour is not None
+        assert b.contour is not None
+        found[smooth] = refined(a.contour, b.contour, pose[:, smooth], u[smooth], v[smooth], NEWTON)[2]
+    if here.any():
+        x, y, c, s = pose[:, here]
+        px, py = _point(a, u[here])
+        wx, wy = px - x, py - y
+        found[here] = _of_point(b, np.stack([c * wx + s * wy, c * wy - s * wx]), v[here])
+    if there.any():
+        x, y, c, s = pose[:, there]
+        px, py = _point(b, v[there])
+        found[there] = _of_point(a, np.stack([x + c * px - s * py, y + s * px + c * py]), u[there])
+    return found - reach
 
 
-def _of_circle(a: Fine, b: Fine, pose: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    """The same of a circle and an outline."""
-    x, y, c, s = pose
-    if a.contour is None:
-        contour, place, point = b.contour, v, (-c * x - s * y, s * x - c * y)
-    else:
-        contour, place, point = a.contour, u, (x, y)
+def _at_corner(own: Fine, place: FloatArray) -> BoolArray:
+    """(K,): at which places it is a corner of straight edges, the end of a line, or the centre of a circle."""
+    if own.contour is None:
+        return np.ones(len(place), dtype=np.bool_)
+    if not own.contour.straight:
+        return np.zeros(len(place), dtype=np.bool_)
+    breaks, place = np.array(own.contour.breaks), own.contour.inside(place)
+    near = np.abs(breaks[np.clip(np.searchsorted(breaks, place), 1, len(breaks) - 1) - np.array([[0], [1]])] - place)
+    return np.asarray(near.min(axis=0) <= OUTLINE_CLOSES * own.contour.period, dtype=np.bool_)
+
+
+def _point(own: Fine, place: FloatArray) -> FloatArray:
+    """(2, K): where places are."""
+    return np.zeros((2, len(place))) if own.contour is None else own.contour.values(place)[:2]
+
+
+def _of_point(own: Fine, point: FloatArray, place: FloatArray) -> FloatArray:
+    """(K,): how far points (2, K) are from a curve, near places of it; nan where no normal leads to them."""
+    contour = own.contour
     assert contour is not None
-    for _ in range(NEWTON):
-        px, py, tx, ty, dx, dy, rx, ry = contour.values(place)
-        wx, wy = point[0] - px, point[1] - py
-        with np.errstate(all="ignore"):
+    before = np.inf
+    with np.errstate(all="ignore"):
+        for _ in range(NEWTON):
+            px, py, tx, ty, dx, dy, rx, ry = contour.values(place)
+            wx, wy = point[0] - px, point[1] - py
             step = (wx * tx + wy * ty) / (wx * rx + wy * ry - dx * tx - dy * ty)
-        place = place - np.where(np.isfinite(step), np.clip(step, -0.05 * contour.period, 0.05 * contour.period), 0.0)
-    px, py, tx, ty = contour.values(place)[:4]
-    value = contour.side * (tx * (point[1] - py) - ty * (point[0] - px)) / np.hypot(tx, ty)
-    return np.asarray(value - a.reach - b.reach, dtype=np.float64)
+            far = 0.05 * contour.period
+            step = np.where(np.isfinite(step), np.clip(step, -far, far), 0.0)
+            place = place - step
+            still = float(np.abs(step).max()) / contour.period
+            if still <= PLACE_FOUND or (still <= PLACE_ROUNDS and still >= 0.5 * before):
+                break
+            before = still
+        px, py, tx, ty = contour.values(place)[:4]
+        wx, wy, size = point[0] - px, point[1] - py, np.hypot(tx, ty)
+        value = contour.side * (tx * wy - ty * wx) / size
+        met = np.abs(wx * tx + wy * ty) <= PLACES_MEET * size * contour.size
+    return np.asarray(np.where(met, value, np.nan), dtype=np.float64)

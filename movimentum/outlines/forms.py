@@ -8,6 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.expressions import Expr
+from movimentum.expressions.arrays import sincosd
+from movimentum.expressions.tables import Table
 from movimentum.tolerances import EDGE_IS_ARC, LEAST_DIVISOR
 
 
@@ -40,6 +43,32 @@ def forms_of(
         off = np.abs(found[:4] - [x, y, tx, ty]).max(axis=1)
         known[k] = max(off[:2]) <= EDGE_IS_ARC * extent and max(off[2:]) <= EDGE_IS_ARC * speed
     return forms, known
+
+
+def forms_of_edges(position: tuple[Expr, Expr], direction: tuple[Expr, Expr], breaks: FloatArray) -> FloatArray | None:
+    """The same of straight edges and the corners between them, from the tables (of straight pieces from break to break)
+    that say where they are and where they lead; None where no tables say it.
+    """
+    angle = direction[0].args[0] if direction[0].op == "cosd" else None
+    if angle is None or direction[1].op != "sind" or direction[1].args[0] != angle:
+        return None
+    rows: list[FloatArray] = []
+    for each in (*position, angle):
+        table = each.payload
+        if each.value is not None:
+            rows.append(np.full(len(breaks), float(each.value)))
+        elif each.op == "table" and isinstance(table, Table) and np.array_equal(table.x, breaks) and not table.order:
+            rows.append(table.y)
+        else:
+            return None
+    x, y, turned = rows
+    (vx, vy, turns), zero = (np.diff(each) / np.diff(breaks) for each in rows), np.zeros(len(breaks) - 1)
+    still = (turns == 0.0).astype(np.float64)
+    s, c = sincosd(turned[:-1])
+    return np.stack([
+        x[:-1], y[:-1], vx, vy, zero, zero, still * c, still * s,
+        1.0 - still, np.radians(turned[:-1]), np.radians(turns),
+    ])  # fmt: skip
 
 
 def in_forms(forms: FloatArray, s: FloatArray) -> FloatArray:

@@ -8,7 +8,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.facets import Feature, deepest, gap, overlap
+from movimentum.outlines.facets import Feature, overlap
+from movimentum.outlines.ways_out import deepest, gap
 from movimentum.tolerances import OUTLINE_CLOSES, OUTLINE_SAMPLED, PLACE_FOUND, PLACE_ROUNDS, PLACES_MEET
 
 MOST_PAIRS = 500_000
@@ -250,7 +251,9 @@ def _of_some(first: Contour, second: Contour, pose: FloatArray, u: FloatArray, v
     found = np.stack([a.reshape(-1, few)[rows_, best], b.reshape(-1, few)[rows_, best], np.ones(len(best))])
     for n, q in enumerate(second.facets.moved(pose)):
         if overlap(first.facets, second.facets, q):
-            found[:, n] = _inside_each_other(first, second, pose[:, n], deepest(first.facets, second.facets, q))
+            found[:, n] = _inside_each_other(
+                first, second, pose[:, n], deepest(first.facets, second.facets, q[None])[0]
+            )
         elif not np.isfinite(value[n, best[n]]):
             found[:2, n] = _anywhere(first, second, pose[:, n], (u, v), np.where(faces[n], off[n], np.inf))
     return found

@@ -15,10 +15,9 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity, insertion
 from movimentum.drawing.texts import written
 from movimentum.records import replace
 from movimentum.scene.model import Scene, Thing
-from movimentum.scene.text_edits import resized
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.text import PLAIN, listed, number, time_text
+from movimentum.text import is_plain, listed, number, time_text
 from movimentum.things.kinds.arc import ARC
 from movimentum.things.kinds.body import Composite
 from movimentum.things.kinds.curve import Curved
@@ -52,7 +51,7 @@ WRITTEN = (LABEL, GRAPH, VELOCITIES, DIMENSION, ARC, VECTOR)
 WIDEST, MORE = 1.3, 24
 """Of a font's size: the width of the widest letters; letters that a text with numbers may have besides its own."""
 UP, ASIDE = 1.2, 0.4
-"""Of a font's size: how far `PLAIN` letters reach above their baseline, and below it or beside their widths."""
+"""Of a font's size: how far plain letters reach above their baseline, and below it or beside their widths."""
 
 
 def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -175,7 +174,7 @@ def _points(scene: Scene, thing: Thing, poses: Poses) -> list[tuple[int, tuple[f
 def _letters(thing: Thing, texts: list[str]) -> list[tuple[float, float]]:
     """The corners of a box about a label's letters, whichever of ``texts`` it shows."""
     (x, y), size = thing.anchors[0].local if thing.anchors else (0.0, 0.0), thing.look.size
-    if not all(map(PLAIN.fullmatch, texts)):
+    if not all(map(is_plain, texts)):
         return [(-math.inf, 0.0), (math.inf, 0.0)]  # it has to be looked at
     wide = WIDEST * size * max(map(len, texts), default=0)
     left = x - {"left": 0.0, "center": 0.5, "right": 1.0}[thing.look.align] * wide
@@ -278,6 +277,8 @@ def _told(
 
 
 def _remedy(scene: Scene, low: tuple[float, float], high: tuple[float, float]) -> tuple[Fix, ...]:
+    from movimentum.scene.text_edits import resized
+
     assert scene.config.size is not None
     fps = str(scene.config.fps)
     if min(low) >= 0.0:

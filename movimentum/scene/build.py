@@ -45,7 +45,6 @@ from movimentum.scene.resolve import (
     ThingTable,
     resolve,
 )
-from movimentum.scene.solid import solidified
 from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
@@ -355,7 +354,11 @@ def _constraint(
         gap_side=gap_side(resolved),
     )
     pushes = isinstance(statement, Statement) and statement.option("pushes") is not None
-    yield solidified(constraint, resolved, context) if pushes else constraint
+    if pushes:
+        from movimentum.scene.solid import solidified  # few scripts need that module
+
+        constraint = solidified(constraint, resolved, context)
+    yield constraint
 
 
 def _warn_nothing_to_end(

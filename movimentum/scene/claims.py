@@ -17,7 +17,6 @@ from movimentum.scene.leaves import ContactPair
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import Claim, Ending, is_blank
 from movimentum.scene.resolve import ResolvedStatement, ThingTable, VariableUse
-from movimentum.scene.text_edits import removed
 from movimentum.source import Span
 from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.expression_tree import EXTREMES, Comparison
@@ -186,6 +185,8 @@ def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Fin
 
 
 def _left_out(claim: tree.ClaimStatement, findings: Findings) -> Fix:
+    from movimentum.scene.text_edits import removed
+
     return Fix("leave it out", (removed(findings.source.text, claim.span),))
 
 

@@ -15,7 +15,6 @@ from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.findings import Findings
 from movimentum.scene.options import choice, read_color, report_count, report_twice
-from movimentum.scene.text_edits import removed
 from movimentum.scene.themes import SUFFIX, THEMES, Theme, read_theme
 from movimentum.source import Span, folder
 from movimentum.syntax.expression_tree import Expression
@@ -195,4 +194,6 @@ def build_loop(expanded: Expanded, findings: Findings) -> Span | None:
 
 
 def _without(item: FilmLoop, findings: Findings, title: str) -> Fix:
+    from movimentum.scene.text_edits import removed
+
     return Fix(title, (removed(findings.source.text, item.span),))

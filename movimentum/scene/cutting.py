@@ -19,7 +19,6 @@ from movimentum.scene.expansion.product import Expanded, Timed
 from movimentum.scene.findings import Findings
 from movimentum.scene.model import Anchor, AnchorCoordinate, AnchorRef, Constraint, Relation, Scene, Thing, ThingAngle
 from movimentum.scene.resolve import ThingTable
-from movimentum.scene.wholes import wholes
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression, Index, Member, Name, Several, postorder
 from movimentum.syntax.printer import expression_text
@@ -82,7 +81,7 @@ def carved(
     while waiting and carve is not None:
         ready = [job for job in waiting.values() if job.tool not in waiting and job.frame not in waiting]
         if not ready:
-            break  # which is told where they are made things
+            break  # which is reported where they are made things
         rest, needed = without(expanded, set(waiting))
         ready = [replace(job, needed=bool(needed & {job.tool, job.frame})) for job in ready]
         own = Findings(findings.source)
@@ -191,6 +190,8 @@ def _cut_thing(
     profile: CutProfile | None,
     findings: Findings,
 ) -> Thing:
+    from movimentum.scene.wholes import wholes
+
     definition, thing = definitions[number], table.things[number]
     if not _in_order(definition, table, findings):
         return thing

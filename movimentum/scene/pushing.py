@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from movimentum.diagnostics import Label, replacement
 from movimentum.expressions import ZERO, Expr, add, const, derivative, mul, neg, sub, substitute, walk
-from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.constants import exact
 from movimentum.scene.findings import Findings
@@ -90,13 +89,13 @@ def _weakness(statement: Statement, findings: Findings) -> int:
         return 1
     (argument,) = option.arguments
     assert not isinstance(argument, Text)
-    value = exact(argument, "how weak a wish is", findings)
+    value = exact(argument, "the rank of a weak wish", findings)
     if value is None:
         return 0
     if value < 1 or value.denominator != 1:
         findings.error(
             "kind/mismatch",
-            "how weak a wish is, is told by a whole number from 1 on",
+            "the rank of a weak wish is a whole number from 1 on",
             argument.span,
             helps=("`.weak` is `.weak(1)`, and `.weak(2)` is below it",),
         )
@@ -153,6 +152,8 @@ def _has_rate(*roots: Expr) -> bool:
 
 def _as_clutch(constraint: Constraint) -> Constraint | None:
     """``constraint`` as that one value changes at least so fast, or at most; None where it says something else."""
+    from movimentum.outlines.contour import PLACE, slope
+
     total = sub(constraint.left[0], constraint.right[0])
     rates = [node for node in walk(total) if node.op == "derivative"]
     value, rest = ZERO, total

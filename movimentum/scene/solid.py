@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from movimentum.expressions import ZERO, Expr, const, div, neg, sub, substitute, symbol, walk
-from movimentum.outlines.contour import PLACE, slope
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import ContactPair
 from movimentum.scene.lower import Context, lower
@@ -28,6 +27,8 @@ def solidified(constraint: Constraint, resolved: ResolvedStatement, context: Con
     places push. As it is, where it is no such thing: where a gap is to be small, where there are several, or where it
     measures from a value; then it pushes as other values do.
     """
+    from movimentum.outlines.contour import PLACE, slope
+
     solid = _solid_of(resolved)
     if solid is None:
         return constraint

@@ -22,7 +22,6 @@ from movimentum.scene.options import read_options, value_of
 from movimentum.scene.points import course_of, points_of
 from movimentum.scene.resolve import ThingTable, report_unknown_thing
 from movimentum.scene.tables import ReadTable, Tables
-from movimentum.scene.wholes import followed, wholes
 from movimentum.source import drawing_file
 from movimentum.syntax.expression_tree import Element, Expression, Name
 from movimentum.syntax.printer import expression_text
@@ -90,6 +89,8 @@ def build_things(
         at = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
         check_shape(things[number], definition, len(things[number].anchors) or at, findings)
         if kind.wholes is not None and kind is not CUT:
+            from movimentum.scene.wholes import wholes
+
             things[number] = replace(things[number], about=wholes(number, definition, table, findings))
             if kind.gathers and things[number].look.layer is None:  # a group lies where its nearest thing does
                 nearest = max((things[each].layer for each in things[number].about), default=float(number))
@@ -102,6 +103,8 @@ def build_things(
             points = points_of(number, definition, placements.get(definition.name), table, findings)
             things[number] = replace(things[number], through=points)
         if "follows" in read[number][1]:
+            from movimentum.scene.wholes import followed
+
             node = read[number][1]["follows"]
             things[number] = replace(things[number], about=followed(things[number], node, table, findings))
         if "clip" in read[number][1]:

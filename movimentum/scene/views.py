@@ -15,7 +15,6 @@ from movimentum.scene.labels import judge_zoom, known
 from movimentum.scene.model import is_blank
 from movimentum.scene.resolve import ThingTable
 from movimentum.scene.shown import CameraView
-from movimentum.scene.text_edits import removed
 from movimentum.syntax.expression_tree import Blank
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Text
@@ -33,6 +32,8 @@ def build_views(
             continue
         first = found.setdefault(view.begin, view)
         if first is not view:
+            from movimentum.scene.text_edits import removed
+
             findings.error(
                 "name/duplicate",
                 "there are two views in one step",

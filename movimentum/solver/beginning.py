@@ -222,7 +222,7 @@ def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list
         if not block.moving or not isinstance(block, Quadratic):
             continue
         with np.errstate(all="ignore"):
-            margin = closed_form.quadratic(block, state, instants.clocks).margin
+            margin = closed_form.margin(block, state, instants.clocks)
         if not (np.abs(margin) <= DISCRIMINANT_ZERO).all():
             continue
         mine = [e for e in checks if max(owner.get(n, -1) for n in plan.system.equations[e].unknowns) == block.number]

@@ -22,7 +22,6 @@ from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import Known, plans_of_this_process, scene_key, segment_key
 from movimentum.solver.segment_motion import Failure, FailureKind, PathBeginning, PathReason, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.late import StillRefused, first_beginning
 from movimentum.solver.start.resumption import Branch, times_after
 from movimentum.solver.start.search import select
 from movimentum.solver.start.violations import first_disagreement, first_violation
@@ -208,6 +207,8 @@ def _late_beginning(
     segment_motion: SegmentMotion, selection: Selection, length: float, ahead: float, *, resumes: bool
 ) -> tuple[list[Choice] | None, float]:
     """Where there is no solution to begin with: the first time at which there is one, and the choice there."""
+    from movimentum.solver.start.late import StillRefused, first_beginning
+
     carry, plan, start = segment_motion.base, segment_motion.plan, segment_motion.segment.start
     totals = totals_of(plan, carry)
 

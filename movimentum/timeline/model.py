@@ -89,6 +89,10 @@ class Timeline:
         """The exact time of frame number ``frame`` (from 0)."""
         return self.start + frame / self.fps
 
+    def frames_under(self, held: HeldClaim) -> list[int]:
+        """The numbers of the frames in which a claim, a goal or a requirement holds."""
+        return [frame for frame in range(self.frame_count) if held.covers(self.frame_time(frame))]
+
     def segment_at(self, time: Fraction) -> int:
         """The number of the segment that an instant belongs to (a step's own time belongs to that step)."""
         low, high = 0, len(self.segments) - 1

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from movimentum.expressions import (
     PI,
@@ -41,8 +42,10 @@ from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Gear
 from movimentum.scene.pairs import belt_radius, stated_belt_radius
 from movimentum.scene.values import from_line
 from movimentum.things.kinds.toothed import RACK
-from movimentum.timeline.joints import Direction, Joints, value_at
 from movimentum.tolerances import NEAREST_TOOTH
+
+if TYPE_CHECKING:
+    from movimentum.timeline.joints import Direction, Joints
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,8 @@ class Trains:
         pairs = [(item.number, pair) for item in active if item.number in self._paired for pair in _pairs(item)]
         if not pairs:
             return tuple(active)
+        from movimentum.timeline.joints import Joints  # few scripts have gears
+
         joints = Joints(self._scene, active, start)
         forms = {pair: self._form(pair, joints) for _, pair in pairs if not pair.belt}
         stated = _stated_turns(active, start)
@@ -159,6 +164,8 @@ class Trains:
         """
         if not any(isinstance(payload, GearPair) for payload in symbols(*sides)):
             return sides
+        from movimentum.timeline.joints import Joints
+
         joints = Joints(self._scene, active, start)
 
         def leaf(node: Expr) -> Expr | None:
@@ -288,6 +295,8 @@ def _pairs(item: Constraint) -> list[GearPair]:
 
 def _stated_turns(active: Sequence[Constraint], start: Fraction) -> dict[int, float]:
     """The turns that numbers, clocks and other such turns give at ``start``."""
+    from movimentum.timeline.joints import value_at
+
     found: dict[int, float] = {}
     equations = [
         (payload.thing, item.right[0])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import FloatArray
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.expressions import Expr, symbols
 from movimentum.query import parsed_statement, understood
@@ -21,7 +21,7 @@ from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.tolerances import CLAIM_WITHIN
 from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
 from movimentum.variants.reducing import reduced
-from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, traced
+from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, numbered, places_from, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles
 from movimentum.workflow.stages import rebuilding
@@ -57,7 +57,6 @@ class LoweredMeasures:
         self,
         read: Sequence[FloatArray],
         at: Sequence[FloatArray],
-        moments: FrameMoments,
         varied: Mapping[str, FloatArray],
         size: FloatArray,
     ) -> FloatArray:
@@ -68,7 +67,7 @@ class LoweredMeasures:
         """
         from movimentum.planning.codegen.generate import Clocks, compiled
 
-        margins = self._margins(read, moments, size)
+        margins = self._margins(read, size)
         numbers: list[FloatArray] = []
         place = 0
         with np.errstate(all="ignore"):
@@ -82,13 +81,15 @@ class LoweredMeasures:
                 else:
                     numbers.append(reduced(part.kind, read[place]))
                 place += 1
-            names = list(varied)
-            numbered = [_numbered(each, names, len(numbers)) for each in self.outer]
             count = len(size)
-            found = compiled(numbered, Clocks())([*numbers, *(varied[name] for name in names)], [])
+            inputs: dict[Hashable, int] = {Reduced(k): k for k in range(len(numbers))}
+            inputs |= places_from(len(numbers), list(varied))
+            found = compiled([numbered(each, inputs) for each in self.outer], Clocks())(
+                [*numbers, *varied.values()], []
+            )
         return np.array([np.broadcast_to(value, count) for value in found]).reshape(len(self.outer), count) + 0.0
 
-    def _margins(self, read: Sequence[FloatArray], moments: FrameMoments, size: FloatArray) -> FloatArray:
+    def _margins(self, read: Sequence[FloatArray], size: FloatArray) -> FloatArray:
         """(claims, V) how far each claim is from failing, over the frames in which it holds; below 0 where it fails."""
         from movimentum.analysis.diagnose.claims import off_by
 
@@ -98,43 +99,15 @@ class LoweredMeasures:
             count = len(left) + len(right)
             values, place = read[place : place + count], place + count
             claim = held.claim
-            inside = moments.inside(held)
+            inside = self.timeline.frames_under(held)
             given = claim.tolerance
             allowed = np.zeros_like(size) if claim.relation is not Relation.EQUAL else CLAIM_WITHIN * size
             allowed = allowed if given is None else np.full_like(size, float(given))
             with np.errstate(all="ignore"):
                 room = allowed[:, None] - off_by(claim, values)
-            room = np.broadcast_to(room, (len(size), len(inside)))[:, inside]
+            room = np.broadcast_to(room, (len(size), self.timeline.frame_count))[:, inside]
             result.append(np.min(room, axis=1) if room.shape[1] else np.full(len(size), np.nan))
         return np.array(result)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FrameMoments:
-    """The frames of a timeline."""
-
-    timeline: Timeline
-
-    def inside(self, held: HeldClaim) -> BoolArray:
-        """(F,) the frames in which a claim holds."""
-        timeline = self.timeline
-        return np.array([held.covers(timeline.frame_time(k)) for k in range(timeline.frame_count)], dtype=np.bool_)
-
-
-def _numbered(root: Expr, names: Sequence[str], reductions: int) -> Expr:
-    """``root`` in numbered symbols: reductions, then varied constants."""
-    from movimentum.expressions import substitute, symbol
-
-    def number(node: Expr) -> Expr | None:
-        match node.payload:
-            case Reduced(k):
-                return symbol(k)
-            case Varied(name):
-                return symbol(reductions + names.index(name))
-            case _:
-                return None
-
-    return substitute(root, lambda node: number(node) if node.op == "symbol" else None)
 
 
 def lower_measures(

@@ -15,7 +15,7 @@ from movimentum.source import SourceText
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ScriptTree
 from movimentum.timeline.model import Timeline
-from movimentum.variants.lowered import FrameMoments, LoweredMeasures, evaluated, lower_measures
+from movimentum.variants.lowered import LoweredMeasures, evaluated, lower_measures
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.outcomes import VariantOutcome, outcome_of
 from movimentum.variants.tracing import settings_of, with_values
@@ -50,6 +50,10 @@ class Variants:
         """The scene of one variant; `ScriptError` for values with which the script makes no sense."""
         return built(self.tree, self.source, self.choices_of(values), files=self.files)
 
+    def without_claims(self, values: Mapping[str, float]) -> Timeline:
+        """The timeline of one variant, without claims and goals: what moves; `ScriptError` as `scene`."""
+        return replace(arranged(self.scene(values), self.choices), claims=(), aims=())
+
     def timeline(self, choices: Choices) -> Timeline:
         """The script's timeline with these choices, such as `choices_of` and `traced_choices` make."""
         return arranged(built(self.tree, self.source, choices, files=self.files), choices)
@@ -61,7 +65,7 @@ class Variants:
         return replace(self.choices, settings=(*others, *own))
 
     def traced_choices(self, values: Mapping[str, float]) -> Choices:
-        """The same, where what depends on the varied constants can be told."""
+        """The same, in a form that knows what depends on the varied constants."""
         others = ((name, text) for name, text in self.choices.settings if name not in values)
         return replace(self.choices, settings=(*others, *settings_of(tuple(values), tuple(values.values()))))
 
@@ -70,7 +74,7 @@ class Variants:
         nothing = np.full(len(self.measures.measures), np.nan)
         timeline: Timeline | None = None
         try:
-            timeline = replace(arranged(self.scene(values), self.choices), claims=())
+            timeline = self.without_claims(values)
             motion = moved(timeline, resumes=False)
         except ScriptError as error:
             unknown = [item for item in error.diagnostics if item.code == NOT_SENT]
@@ -96,7 +100,7 @@ class Variants:
         times = lowered.measures.times
         at = evaluated(read, (motion.poses_at(times),)) if times else [values_[:, :0] for values_ in found]
         varied = {name: np.array([value]) for name, value in values.items()}
-        return lowered.values(found, at, FrameMoments(lowered.timeline), varied, np.array([motion.size]))[:, 0]
+        return lowered.values(found, at, varied, np.array([motion.size]))[:, 0]
 
     def lowered_for(self, timeline: Timeline, values: Mapping[str, float]) -> LoweredMeasures:
         """What the measures mean for a variant whose timeline is ``timeline``; lowered once for all variants that have

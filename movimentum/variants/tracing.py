@@ -8,9 +8,12 @@ afterwards be written as an expression of them.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
+from typing import Any
 
-from movimentum.expressions import Expr, substitute, symbol
+from movimentum.expressions import Expr, substitute, symbol, symbols, walk
 from movimentum.expressions.walk import rebuild
+from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
 
 
@@ -31,6 +34,31 @@ class Reduced:
 def traced(payload: Hashable, value: float) -> Expr:
     """The constant ``value`` that knows that it stands for ``payload``."""
     return Expr("const", (), float(value) + 0.0, symbol(payload))
+
+
+def payloads_read(*roots: Expr) -> tuple[Any, ...]:
+    """The payloads of the symbols in ``roots`` that stand for something in a scene, not for what is traced."""
+    found = (node.payload for node in walk(*roots) if node.op == "symbol")
+    return tuple(dict.fromkeys(payload for payload in found if not isinstance(payload, Varied | Reduced)))
+
+
+def varied_names(*roots: Expr) -> set[str]:
+    """The varied constants in ``roots``."""
+    return {payload.name for payload in symbols(*roots) if isinstance(payload, Varied)}
+
+
+def places_from(first: int, names: Sequence[str]) -> dict[Hashable, int]:
+    """The places of the varied constants ``names`` among inputs, of which theirs begin with number ``first``."""
+    return {Varied(name): first + k for k, name in enumerate(names)}
+
+
+def numbered(root: Expr, place: Mapping[Hashable, int]) -> Expr:
+    """``root`` with the numbers of its inputs: the ``place`` of each payload that has one."""
+
+    def number(node: Expr) -> Expr | None:
+        return symbol(place[node.payload]) if node.op == "symbol" and node.payload in place else None
+
+    return substitute(root, number)
 
 
 GENERIC = (0.6180339887498949, 0.4142135623730951, 0.7320508075688772, 0.2360679774997896, 0.6457513110645906)
@@ -79,6 +107,10 @@ class OriginUnfolding:
             else:
                 memo[id(node)] = node, rebuild(node, tuple(memo[id(each)][1] for each in node.args)), True
         return memo[id(root)][1]
+
+    def code(self, expressions: Iterable[Expr], place: Mapping[Hashable, int], clocks: Clocks) -> Compiled:
+        """Compiled ``expressions`` as `unfolded`, with inputs as `numbered` by ``place``."""
+        return compiled([numbered(self.unfolded(each), place) for each in expressions], clocks)
 
     def varies(self, root: Expr) -> bool:
         """Whether ``root`` depends on what was traced."""

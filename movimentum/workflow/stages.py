@@ -10,7 +10,7 @@ from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.errors import NoSolutionError, ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, Advice, FailurePolicy
-from movimentum.text import PLAIN, rational
+from movimentum.text import is_plain, rational
 from movimentum.workflow.choices import MAX_PIXELS, Choices
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def off_canvas(motion: PathMotion) -> Iterator[Diagnostic]:
 
 def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
     """The diagnostics of labels with more than plain letters (others need no import)."""
-    labels = [thing for thing in scene.things if thing.text is not None and not PLAIN.fullmatch(thing.text)]
+    labels = [thing for thing in scene.things if thing.text is not None and not is_plain(thing.text)]
     if not labels:
         return ()
     from movimentum.rendering.text import lettering

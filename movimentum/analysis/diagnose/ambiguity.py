@@ -6,13 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.equal_solutions import loose_variables, solutions_of
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.records import replace
 from movimentum.scene.model import VariableComponent
-from movimentum.scene.text_edits import added
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
@@ -38,6 +36,8 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
 
 
 def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> Iterator[Diagnostic]:
+    from movimentum.analysis.diagnose.equal_solutions import loose_variables, solutions_of
+
     segment_motion = trials.motion.segments[index]
     plan = segment_motion.plan
     blocks = plan.blocks
@@ -92,6 +92,7 @@ def _choice(
         selecting_inequalities,
         selecting_wish,
     )
+    from movimentum.scene.text_edits import added
 
     segment_motion = trials.motion.segments[index]
     plan = segment_motion.plan

@@ -13,7 +13,6 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.query import Reader, reader
 from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
-from movimentum.scene.text_edits import tolerated
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Unsolved
@@ -178,7 +177,9 @@ class _Judge:
         parts = np.arange(BETWEEN) / BETWEEN
         tau = np.append((inside[:-1, None] + np.diff(inside)[:, None] * parts).ravel(), inside[-1])
         off = self._off(tau)
-        peaks = np.nonzero((off[1:-1] >= off[:-2]) & (off[1:-1] >= off[2:]))[0] + 1
+        held = np.abs(off) <= self.tolerance  # they touch all along: only rounding is to be seen there
+        peak = (off[1:-1] >= off[:-2]) & (off[1:-1] >= off[2:]) & ~(held[:-2] & held[1:-1] & held[2:])
+        peaks = np.nonzero(peak)[0] + 1
         peaks = peaks[np.argsort(-off[peaks], kind="stable")[:MOST_PEAKS]]
         low, high, best = tau[peaks - 1], tau[peaks + 1], tau[peaks]
         for _ in range(ZOOMED if len(peaks) else 0):
@@ -247,6 +248,8 @@ def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
 
 
 def _told(broken: Broken, size: float, source: SourceText) -> Diagnostic:
+    from movimentum.scene.text_edits import tolerated
+
     claim = broken.claim
     left, right = claim.told
     word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]

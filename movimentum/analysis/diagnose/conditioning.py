@@ -11,8 +11,6 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton, Quadratic
 from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.motion import PathMotion
@@ -52,9 +50,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
             found: FloatArray | None = None
             chosen = frames
             if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-                margins = np.broadcast_to(
-                    closed_form.quadratic(block, at_nodes, instants.clocks).margin, len(piece.nodes)
-                )
+                margins = np.broadcast_to(closed_form.margin(block, at_nodes, instants.clocks), len(piece.nodes))
                 chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
                 if len(chosen) == 0:
                     continue
@@ -75,7 +71,7 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
 def _margins(piece: Piece, block: Quadratic, tau: FloatArray) -> FloatArray:
     instants = piece.instants(tau)
     state = piece.before(block.number, instants)
-    return np.broadcast_to(closed_form.quadratic(block, state, instants.clocks).margin, len(tau))
+    return np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(tau))
 
 
 def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:
@@ -95,6 +91,9 @@ def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray 
     """Largest over smallest singular value of the scaled Jacobian at each instant."""
     if len(tau) == 0:
         return np.zeros(0)
+    from movimentum.solver.block.problem import BlockProblem
+    from movimentum.solver.block.scaling import scaled
+
     instants = piece.instants(tau)
     if values is None:
         state, _ = piece.evaluate(instants, (*piece.upstream(block.number), block.number))

@@ -9,10 +9,11 @@ import numpy as np
 from movimentum.analysis.diagnose.reach import constraint_of
 from movimentum.analysis.happenings import ContactEvent, contact_events
 from movimentum.diagnostics import Diagnostic, Label, Severity
-from movimentum.scene.model import Constraint
+from movimentum.expressions.walk import symbols
+from movimentum.scene.model import AnchorCoordinate, Constraint, ThingAngle
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.pushing.overlap import Overlapping
+from movimentum.solver.pushing.freeing import FreePlace
 from movimentum.solver.pushing.phases import MOST_EVENTS
 from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
@@ -44,7 +45,7 @@ def push_failure(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
     when = _at(segment_motion, trouble.begin)
     match track.end:
         case PushEnd.OVERLAP:
-            return _overlap(segment_motion, track.overlaps[0], when), 1
+            return _overlap(segment_motion, track, when), 1
         case PushEnd.CONTRADICTION:
             first = segment_motion.segment.step == 0
             return _contradiction(stated, when, first=first), 1 if first else 3
@@ -84,13 +85,14 @@ def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -
     scene = segment_motion.plan.system.scene
     names = [f"`{scene.things[side.thing].name}`" for pair in constraint.gaps[:1] for side in pair]
     who = f"{listed(names)} bind" if names else "it binds"
+    notes, helps = _stays(segment_motion, constraint)
     return Diagnostic(
         code="solve/binds",
         severity=Severity.ERROR,
         message=f"{who} at t = {when}: nothing that this could push is free",
         span=constraint.span,
-        notes=("everything in it is driven by equations",),
-        helps=("leave one of these equations out, or drive one thing less far",),
+        notes=notes or ("everything in it is driven by equations",),
+        helps=(*helps, "leave one of these equations out, or drive one thing less far"),
     )
 
 
@@ -103,14 +105,31 @@ def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, trouble
     things = segment_motion.plan.system.scene.things
     one, other = (things[side.thing].name for side in constraint.gaps[0])
     by = f" by {number(abs(rejection.amount))}" if np.isfinite(rejection.amount) else ""
+    notes, helps = _stays(segment_motion, constraint)
     return Diagnostic(
         code="contact/start",
         severity=Severity.ERROR,
         message=f"`{one}` and `{other}` overlap{by} at t = {_at(segment_motion, trouble.begin)}, as they push",
         span=constraint.span,
-        notes=("everything in it is driven by equations, so that nothing can give way",),
-        helps=("drive one of them elsewhere, or leave it free",),
+        notes=notes or ("everything in it is driven by equations, so that nothing can give way",),
+        helps=("draw or drive one of them elsewhere", *helps),
     )
+
+
+def _stays(segment_motion: SegmentMotion, push: Constraint) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Which things of a push stay as they are drawn, for no statement moves them; and what lets them give way."""
+    stated = [
+        leaf
+        for constraint in segment_motion.segment.active
+        if not constraint.gaps
+        for leaf in symbols(*constraint.left, *constraint.right)
+    ]
+    about = {leaf.thing for leaf in stated if isinstance(leaf, AnchorCoordinate | ThingAngle)}
+    things = segment_motion.plan.system.scene.things
+    still = [things[t] for t in dict.fromkeys(side.thing for pair in push.gaps for side in pair) if t not in about]
+    notes = tuple(f"`{thing.name}` stays as it is drawn: a gap alone frees nothing" for thing in still)
+    helps = (f"`{thing.name}.{thing.anchors[0].name} = [_, _];` lets `{thing.name}` give way" for thing in still)
+    return notes, tuple(helps)
 
 
 def _jam(track: PushTrack, stated: Sequence[Constraint], names: Sequence[str], when: str) -> Diagnostic:
@@ -137,25 +156,30 @@ def _contradiction(stated: Sequence[Constraint], when: str, *, first: bool) -> D
     )
 
 
-def _overlap(segment_motion: SegmentMotion, found: Overlapping, when: str) -> Diagnostic:
+def _overlap(segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diagnostic:
+    found = track.overlaps[0]
     scene = segment_motion.plan.system.scene
     one, other = (scene.things[t] for t in found.things)
     constraint = constraint_of(segment_motion, found.push)
-    helps: tuple[str, ...] = ("draw them apart",)
-    if found.moved is not None and found.free is not None:
-        thing = scene.things[found.moved]
-        shift = segment_motion.plan.system.shift
-        x, y = (number(v + s, 6) for v, s in zip(found.free, shift, strict=True))
-        helps = (f"it is free with `{thing.name}.{thing.anchors[0].name}` at [{x}, {y}]",)
+    free = [_place(segment_motion, each) for each in track.free[:SHOWN]]
+    known = "what pushes never lets things overlap"
     return Diagnostic(
         code="contact/start",
         severity=Severity.ERROR,
         message=f"`{one.name}` and `{other.name}` overlap by {number(found.depth)} at t = {when}, as they push",
         span=None if constraint is None else constraint.span,
         labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
-        notes=("what pushes never lets things overlap, so they cannot begin so",),
-        helps=helps,
+        notes=(known,) if free else (known, "no pose was found that is free and keeps the equations"),
+        helps=(f"it is free with {listed(free)}: draw it there" if free else "draw them apart, or let more of them move",),
     )
+
+
+def _place(segment_motion: SegmentMotion, place: FreePlace) -> str:
+    system = segment_motion.plan.system
+    thing = system.scene.things[place.thing]
+    x, y = (number(v + s, 9) for v, s in zip(place.place, system.shift, strict=True))
+    at = [f"`{thing.name}.{thing.anchors[0].name}` at [{x}, {y}]"] if place.moves else []
+    return listed([*at, *([f"`{thing.name}.angle` at {number(place.turn, 9)}"] if place.turns else [])])
 
 
 def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diagnostic:
@@ -166,10 +190,10 @@ def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushT
     return Diagnostic(
         code="limit/contacts",
         severity=Severity.ERROR,
-        message=f"contacts {who}begin and end over and over at t = {when}; what comes after was not looked at",
+        message=f"contacts {who}begin and end again and again at t = {when}; what comes after was not looked at",
         span=None if constraint is None else constraint.span,
-        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless row of them",),
-        helps=("wishes that pull against each other do that: make one of them `.weak`, or `.weak(2)`",),
+        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless series of them",),
+        helps=("wishes that pull against each other cause this: make one of them `.weak`, or `.weak(2)`",),
     )
 
 
@@ -188,10 +212,10 @@ def undecided_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="contact/undecided",
             severity=Severity.WARNING,
-            message=f"corners of {names} meet at t = {first}, and may go on past either side of each other",
+            message=f"corners of {names} meet at t = {first}, and may pass on either side of each other",
             span=spans.get(push),
-            notes=(*again, "the film shows one of both; what comes after depends on it"),
-            helps=("draw one of them a little aside, so that it comes past the side that is meant",),
+            notes=(*again, "the film shows one of the two; what follows depends on it"),
+            helps=("draw one of them a little to the side on which it should pass",),
         )
 
 
@@ -208,9 +232,7 @@ def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
         first, *rest = [time_text(event.time) for event in events]
         begins = happening is Happening.BEGINS
         if names is None:
-            message = (
-                f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
-            )
+            message = f"this takes effect from t = {first} on" if begins else f"this has no effect from t = {first} on"
         else:
             message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
         notes: tuple[str, ...] = ()

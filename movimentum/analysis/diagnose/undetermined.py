@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
-from movimentum.analysis.freedom.motions import FreeMotion, remedy
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.scene.model import Relation, Scene, VariableComponent
-from movimentum.scene.text_edits import added, name_meant, renamed
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 from movimentum.text import time_text
+
+if TYPE_CHECKING:
+    from movimentum.analysis.freedom.motions import FreeMotion
 
 
 def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iterator[Diagnostic]:
@@ -42,6 +44,9 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
 
 
 def _given(segment_motion: SegmentMotion, motion: FreeMotion, statement: str | None) -> str | Fix:
+    from movimentum.analysis.freedom.motions import remedy
+    from movimentum.scene.text_edits import added
+
     title = remedy(motion, statement)
     if statement is None:
         return title
@@ -50,6 +55,8 @@ def _given(segment_motion: SegmentMotion, motion: FreeMotion, statement: str | N
 
 def meant_names(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
     """Help for variables whose names are probably another name, if nothing determines them."""
+    from movimentum.scene.text_edits import name_meant, renamed
+
     return tuple(
         Fix(
             f"`{name}` is an ordinary variable, and nothing determines it: did you mean `{other}`?",
@@ -67,6 +74,8 @@ def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[
 
     Where there is no solution, a variable counts that no statement is about (but for `s`, which is a usual name).
     """
+    from movimentum.scene.text_edits import name_meant, renamed
+
     scene = motion.timeline.scene
     loose = _loose(motion)
     unsolved = any(segment_motion.troubles for segment_motion in motion.segments)

@@ -5,11 +5,10 @@ which statements are redundant.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.freedom.motions import FreeMotion, motions_of, told_by
-from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
@@ -23,6 +22,9 @@ from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.tolerances import MOVE_ALIKE, NO_VELOCITY, SEEN_MOVING, STEP_OF_DIFFERENCE, STRESSED
+
+if TYPE_CHECKING:
+    from movimentum.analysis.freedom.motions import FreeMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +91,19 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
     Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
     rows scaled to unit gradients, relative to its largest singular value.
     """
-    moment = generic_moment(segment_motion)
+    blocks = list(filter(None, map(simultaneous, segment_motion.plan.blocks)))
+    moment = generic_moment(segment_motion) if blocks else None
     if moment is None:
         return []
+    from movimentum.analysis.freedom.motions import motions_of, told_by
+    from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
+
     piece, tau = moment
     result: list[BlockRank] = []
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         state, _ = piece.evaluate(instants)
-        for block in filter(None, map(simultaneous, segment_motion.plan.blocks)):
+        for block in blocks:
             x = values_of(block, state)
             one = at_one(state, told_by(segment_motion.plan, block))
             scale = scale_of(segment_motion.plan, block.core)
@@ -216,24 +222,23 @@ def _unit(twists: dict[int, tuple[float, float, float]], size: float) -> dict[in
 
 def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
     """Groups of at least two things that move alike, and the things that do not move."""
-    found: list[tuple[FloatArray, list[int]]] = []
+    found: list[list[int]] = []
     fixed: list[int] = []
     tolerance = MOVE_ALIKE * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
     # what moves is seen to 1e-9 or so by differences of poses
     tolerance = max(tolerance, SEEN_MOVING)
+    kept = np.zeros((len(twists), len(next(iter(twists.values()), ()))))  # those that lead the groups found
+    near = 0  # in order of the first number: similar rows are near each other
     for t, twist in sorted(twists.items(), key=lambda item: (*item[1][:1].tolist(), item[0])):
         if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
             fixed.append(t)
             continue
-        alike: list[int] | None = None
-        for other, some in reversed(found):  # in order of the first number: similar rows are near each other
-            if twist[0] - other[0] > tolerance:
-                break
-            if float(np.max(np.abs(other - twist))) <= tolerance:
-                alike = some
-                break
-        if alike is None:
-            found.append((twist, [t]))
+        while near < len(found) and twist[0] - kept[near, 0] > tolerance:
+            near += 1
+        alike = np.nonzero(np.max(np.abs(kept[near : len(found)] - twist), axis=1) <= tolerance)[0]
+        if len(alike):
+            found[near + int(alike[-1])].append(t)
         else:
-            alike.append(t)
-    return tuple(sorted(tuple(sorted(some)) for _, some in found if len(some) > 1)), tuple(sorted(fixed))
+            kept[len(found)] = twist
+            found.append([t])
+    return tuple(sorted(tuple(sorted(some)) for some in found if len(some) > 1)), tuple(sorted(fixed))

@@ -95,8 +95,10 @@ class GapPairs:
         """The bodies of a pair."""
         return self.bodies[int(self.one[number])], self.bodies[int(self.other[number])]
 
-    def at(self, pair: IntArray, placed: PairPoses) -> FloatArray:
-        """(K,): how far apart pairs are; negative where they overlap."""
+    def at(self, pair: IntArray, placed: PairPoses, *, curves: bool = False) -> FloatArray:
+        """(K,): how far apart pairs are; negative where they overlap. ``curves``: near 0 those of the curves themselves
+        and not of the polygons that stand for them.
+        """
         cores, one, other = self._cores(pair, placed), self.one[pair], self.other[pair]
         found = cores - self.reach[one] - self.reach[other]
         rough = ~self.exact[pair]
@@ -105,12 +107,19 @@ class GapPairs:
             certain = cores - self.certain[one] - self.certain[other]
             inside = rough & (certain < 0.0)
             found[inside] = certain[inside]
-            some = np.nonzero(rough & ~inside & (found <= 0.0) & placed.seen)[0]
+            unsure = rough & placed.seen & ((found <= 0.0) & ~inside)
+            if curves:
+                unsure |= rough & placed.seen & (np.abs(found) <= CURVED * self.size[pair])
+            some = np.nonzero(unsure)[0]
             relative = placed.some(some).relative
             for number in distinct(pair[some]).tolist():
                 own = pair[some] == number
-                found[some[own]] = self.fine(number, relative[:, own])[0]
+                told = self._outlines if curves else self._facets
+                found[some[own]] = told(number, relative[:, own])
         return np.where(placed.seen, found, UNSEEN * self.size[pair])
+
+    def _facets(self, number: int, pose: FloatArray) -> FloatArray:
+        return self.fine(number, pose)[0]
 
     def fine(self, number: int, pose: FloatArray) -> tuple[FloatArray, list[tuple[Fine, Fine]], FloatArray]:
         """(K,) distances by many corners for poses (4, K); which outlines decide, and at which places (2, K)."""
@@ -130,13 +139,14 @@ class GapPairs:
             which = [new if near else old for near, new, old in zip(nearer.tolist(), own_which, which, strict=True)]
         return best, which, places
 
-    def outlines(self, number: int, pose: FloatArray, value: FloatArray) -> FloatArray:
-        """(K,): distances of the curves themselves, where `fine` has found ``value`` for them."""
+    def _outlines(self, number: int, pose: FloatArray) -> FloatArray:
+        """(K,): distances of the curves themselves where they are near 0."""
         rough, which, places = self.fine(number, pose)
         found = rough.copy()
+        small = np.abs(rough) <= CURVED * self.size[number]
         for pair in dict.fromkeys(which):
             curved = any(each.contour is not None and not each.contour.straight for each in pair)
-            own = np.array([each is pair for each in which])
+            own = small & np.array([each is pair for each in which])
             if curved and own.any():
                 exact = touching(*pair, pose[:, own], *places[:, own])
                 near = np.abs(exact - rough[own]) <= NEAR_CURVES * self.size[number]
@@ -160,14 +170,15 @@ class GapPairs:
     def _depths(self, number: int, pose: FloatArray, whole: bool) -> FloatArray:
         """The same of one pair for poses (4, K); gears that reach beyond their teeth count as the circle about them."""
         one, other = self.pair(number)
-        groups = _rings(one, other)
-        if len(groups) == len(groups[0]) == 1 and (one.teeth > 1 or other.teeth > 1):
+        if one.single and other.single and (one.teeth > 1 or other.teeth > 1):
             filled = [own.filled if own.teeth > 1 else own.fine[0] for own in (one, other)]
             found = depths(filled[0], filled[1], pose)
             height = max(own.core.reach - own.solid for own in (one, other) if own.teeth > 1)
             toothed = (found <= height) & ((one.teeth == 1) | (other.teeth == 1))
-            found[toothed] = depths(*groups[0][0], pose[:, toothed])
+            if toothed.any():
+                found[toothed] = depths(one.fine[0], other.fine[0], pose[:, toothed])
             return found
+        groups = _rings(one, other)
         return np.max(
             [np.min([depths(*pair, pose, whole=whole) for pair in group], axis=0) for group in groups], axis=0
         )
@@ -203,6 +214,8 @@ LONGER_WAY = 1.05
 """How much longer a way is than the straight line between its ends, at most, in an interval of the path's own grid."""
 UNSEEN = 2.0
 """Of the smaller one's size: how far apart things count as that are not both seen."""
+CURVED = 0.05
+"""Of the smaller one's size: distances that are less are those of the curves themselves."""
 NEAR_CURVES = 0.02
 """Of the smaller one's size: how far curves may be from the polygons that stand for them."""
 

@@ -61,6 +61,11 @@ class GapBody:
         """Its outline, and those of its holes."""
         return rings_of(self.thing) if self._rings is None else self._rings
 
+    @property
+    def single(self) -> bool:
+        """Whether it has one outline; of a gear without looking at its teeth."""
+        return self.hole is None if self.teeth > 1 else len(self.rings) == 1
+
     @cached_property
     def fine(self) -> tuple[Fine, ...]:
         """The same as polygons of many corners."""
@@ -158,8 +163,9 @@ def _pinned(scene: Scene, bodies: Sequence[GapBody], poses: Poses) -> list[set[i
         parted: list[np.ndarray[tuple[int], np.dtype[np.int64]]] = []
         for group in groups:
             order = group[np.argsort(column[group], kind="stable")]
-            parted += np.split(order, np.nonzero(np.diff(column[order]) > near)[0] + 1)
-        groups = [group for group in parted if len(group) > 1]
+            ends = np.nonzero(np.diff(column[order]) > near)[0] + 1
+            parted += [own for own in np.split(order, ends) if len(own) > 1] if len(ends) else [group]
+        groups = parted
     return [things for group in groups if len(things := {owners[k] for k in group.tolist()}) > 1]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.gaps.between import LONGER_WAY, GapIntervals, GapPairs
+from movimentum.analysis.gaps.between import CURVED, LONGER_WAY, GapIntervals, GapPairs
 from movimentum.analysis.gaps.bodies import bodies_of, excused
 from movimentum.analysis.gaps.deepest import deepest
 from movimentum.analysis.gaps.tracks import Tracks
@@ -20,6 +20,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.cancellation import look
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import GAP_CLOSED, GAP_TOUCHES, INSTANT_ROUNDS, OVERLAP_TOLD
@@ -87,8 +88,10 @@ def _pieces(motion: PathMotion) -> Iterator[tuple[int, FloatArray]]:
                 continue
             end = min(piece.end, length) if last else float(np.nextafter(min(piece.end, length), 0.0))
             if end >= piece.begin:
-                inner = piece.nodes[(piece.nodes > piece.begin) & (piece.nodes < end)]
-                yield place, np.unique(np.concatenate([[piece.begin, end], inner]))
+                kinks = [track.kinks for track in piece.tracks if isinstance(track, NodeTrack)]
+                inner = np.concatenate([piece.nodes, *kinks])
+                inner = inner[(inner > piece.begin) & (inner < end)]
+                yield place, distinct(np.concatenate([[piece.begin, end], inner]))
 
 
 def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], Overlap]]:
@@ -118,10 +121,12 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
             edges.append((float(tau[-1]), True))
         stretches += [(number, a, b) for (a, _), (b, _) in zip(edges[::2], edges[1::2], strict=False)]
     when, deep = deepest(pairs, stretches, halves)
-    for (number, a, b), time, depth in zip(stretches, when.tolist(), deep.tolist(), strict=True):
+    told = deep > touch  # others only touch: a distance that stays at 0 changes its sign by rounding
+    owner = np.array([each[0] for each in stretches], dtype=np.int64)
+    told[told] = ~_only_facets(pairs, owner[told], when[told], deep[told])
+    for k in np.nonzero(told)[0].tolist():
+        (number, a, b), time, depth = stretches[k], float(when[k]), float(deep[k])
         one, other = int(pairs.one[number]), int(pairs.other[number])
-        if depth <= touch or _only_facets(pairs, number, time):
-            continue  # they only touch: a distance that stays at 0 changes its sign by rounding
         names = pairs.bodies[one].thing.name, pairs.bodies[other].thing.name
         yield (one, other), Overlap(names, start + a, start + b, depth, start + time)
 
@@ -238,21 +243,12 @@ def _roots(pairs: GapPairs, ends: GapIntervals) -> FloatArray:
 
 def _exactly(pairs: GapPairs, pair: IntArray, tau: FloatArray) -> FloatArray:
     """(K,): distances of the outlines themselves at offsets."""
-    placed = pairs.placed(pair, tau)
-    found = pairs.at(pair, placed)
-    for number in distinct(pair[~pairs.exact[pair]]).tolist():
-        own = np.nonzero((pair == number) & (np.abs(found) <= CURVED * pairs.size[pair]))[0]
-        if len(own):
-            found[own] = pairs.outlines(number, placed.some(own).relative, found[own])
+    return pairs.at(pair, pairs.placed(pair, tau), curves=True)
+
+
+def _only_facets(pairs: GapPairs, pair: IntArray, tau: FloatArray, depth: FloatArray) -> BoolArray:
+    """(K,): whether it is the polygons in place of curves that overlap, where they are deepest, and not the curves."""
+    found = np.zeros(len(pair), dtype=np.bool_)
+    some = np.nonzero(~pairs.exact[pair] & (depth <= CURVED * pairs.size[pair]))[0]
+    found[some] = _exactly(pairs, pair[some], tau[some]) >= -GAP_TOUCHES * pairs.scale
     return found
-
-
-def _only_facets(pairs: GapPairs, number: int, time: float) -> bool:
-    """Whether it is the polygons in place of curves that overlap, where they are deepest, and not the curves."""
-    if pairs.exact[number]:
-        return False
-    return bool(_exactly(pairs, np.array([number]), np.array([time]))[0] >= -GAP_TOUCHES * pairs.scale)
-
-
-CURVED = 0.05
-"""Of the smaller one's size: distances that are less are those of the curves themselves."""

@@ -66,13 +66,11 @@ def _names(segment_motion: SegmentMotion, block: Block) -> tuple[str, ...]:
 def _quadratic(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, block: Quadratic) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
-    quadratic = closed_form.quadratic(block, state, instants.clocks)
-    margin = np.broadcast_to(quadratic.margin, len(piece.nodes))
+    margin = np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(piece.nodes))
     apart = np.zeros(len(piece.nodes))
     both: list[list[FloatArray]] = []
     for sign in (1.0, -1.0):
-        for n, value in zip(block.core, quadratic.roots(sign), strict=True):
-            state[n] = value
+        closed_form.set_branch(block, state, instants.clocks, sign)
         closed_form.fill_explicit(block, state, instants.clocks)
         both.append([np.broadcast_to(state[n], len(piece.nodes)) for n in block.unknowns])
     for n, a, b in zip(block.unknowns, both[0], both[1], strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from movimentum.expressions import ZERO, Expr, Occurring, div, neg, substitute, symbol, walk
 from movimentum.planning.blocks.kinds import (
@@ -36,9 +36,10 @@ from movimentum.planning.lowering.equations import Equation, Form, System, but_f
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
-from movimentum.planning.structure.linear_rows import reduced_rows, sparse_rows
-from movimentum.planning.structure.metric import Metric, anchor_metric
 from movimentum.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from movimentum.planning.structure.metric import Metric
 
 DENSE = 50
 """Unknowns of a free block above which what is linear is eliminated, and matrices are sparse."""
@@ -250,6 +251,8 @@ def _newton_block(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Ex
 
 
 def _small_free_block(making: _Making, rows: _Rows) -> Free:
+    from movimentum.planning.structure.metric import anchor_metric
+
     fields = _newton_fields(making, rows, [])
     return _with_metric(making, fields, anchor_metric(making.system, rows.core))
 
@@ -263,6 +266,9 @@ def _with_metric(making: _Making, fields: dict[str, Any], metric: Metric) -> Fre
 
 def _free_block(making: _Making, size: float) -> Free:
     """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
+    from movimentum.planning.structure.linear_rows import reduced_rows, sparse_rows
+    from movimentum.planning.structure.metric import anchor_metric
+
     system, group = making.system, making.group
     if (
         group.pushed

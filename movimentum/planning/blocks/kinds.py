@@ -7,13 +7,16 @@ evaluated in a block of each kind is in `solver.kinds`.
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from movimentum.expressions import Expr, add, mul
-from movimentum.planning.blocks.push_rows import PullRows, PushRows
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
-from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
+
+if TYPE_CHECKING:
+    from movimentum.planning.blocks.push_rows import PullRows, PushRows
+    from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
+    from movimentum.planning.structure.metric import Metric
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -73,6 +76,11 @@ class BlockBase:
     def single_valued(self) -> bool:
         """Whether its inputs give its one solution by formulas or linear equations."""
         return self.closed_form and not self.branches
+
+    @property
+    def momentary(self) -> bool:
+        """Whether its inputs at one instant, and what is carried over there, give its solutions at little cost."""
+        return self.closed_form
 
     @property
     def continued(self) -> bool:
@@ -241,6 +249,11 @@ class Winding(BlockBase):
     """A continuous angle from a direction. ``direction``: compiled; (sine, cosine)."""
 
     direction: Compiled
+
+    @property
+    def momentary(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
     @property
     def continued(self) -> bool:

@@ -29,9 +29,7 @@ from movimentum.planning.lowering.body_frames import BodyFrame, gathered
 from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
 from movimentum.planning.lowering.contacts import face_contacts, followed, pin, places_held
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
-from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
-from movimentum.planning.lowering.pushes import is_pull, lowered_pull, lowered_push, modulo_turn
 from movimentum.planning.lowering.unknowns import (
     Accumulated,
     PoseCos,
@@ -56,7 +54,6 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
 
 Forms = Callable[[Constraint, Expr], Polynomial | None]
@@ -168,6 +165,8 @@ class SystemBuilder:
 
     def bearing(self, bearing: Bearing) -> Expr:
         """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
+        from movimentum.scene.names import symbol_name
+
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
         seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))
@@ -190,6 +189,8 @@ class SystemBuilder:
         return symbol(number)
 
     def _integral(self, node: Expr) -> Expr:
+        from movimentum.planning.lowering.integrals import closed_form
+
         integrand = self.memo[node.args[0]]
         start = node.start
         if not symbols(integrand):
@@ -299,6 +300,8 @@ class SystemBuilder:
             self.constraint = None
             return
         if constraint.pushes:
+            from movimentum.planning.lowering.pushes import lowered_push
+
             self.pushes.append(lowered_push(self, constraint))
             self.constraint = None
             return
@@ -315,15 +318,21 @@ class SystemBuilder:
                 self.selectors.append(
                     Inequality(self.difference(pairs[0][0], pairs[0][1]), constraint.number, strict=constraint.strict)
                 )
-            case Relation.WISH if is_pull(constraint):
-                self.pulls.append(lowered_pull(self, constraint, pairs))
             case Relation.WISH:
-                errors = tuple(modulo_turn(a, b, self.difference(a, b)) for a, b in pairs)
-                about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
-                self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
+                self._wish(constraint, pairs)
             case Relation.LARGEST | Relation.SMALLEST:
                 raise AssertionError("only goals are largest or smallest")
         self.constraint = None
+
+    def _wish(self, constraint: Constraint, pairs: list[tuple[Expr, Expr]]) -> None:
+        from movimentum.planning.lowering.pushes import is_pull, lowered_pull, modulo_turn
+
+        if is_pull(constraint):
+            self.pulls.append(lowered_pull(self, constraint, pairs))
+            return
+        errors = tuple(modulo_turn(a, b, self.difference(a, b)) for a, b in pairs)
+        about = frozenset(symbol_numbers(*(left for left, _ in pairs)))
+        self.wishes.append(Wish(errors, constraint.number, about, constraint.speed))
 
     def _angle(self, left: Expr, right: Expr) -> tuple[Expr, Expr] | None:
         """An equation about an angle between vectors; with a place on its other side (``P.y = .a(u,v)``) it is none."""

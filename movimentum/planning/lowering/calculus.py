@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 
-from movimentum.expressions import ONE, ZERO, Expr, add, call, div, mul, neg, rebuild, sub, walk
+from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, power, rebuild, sub, walk
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Table
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -20,7 +20,12 @@ def differentiate(root: Expr, leaf: Callable[[Expr], Expr], toward: Expr | None 
     for node in walk(root):
         if node not in memo:
             d = [memo.get(arg, ZERO) for arg in node.args]
-            memo[node] = _rule(node, leaf, d) if toward is None else _one_sided(node, leaf, d, toward)
+            if toward is None:
+                memo[node] = _rule(node, leaf, d)
+            elif node.op == "sqrt" and (squares := _squares(node.args[0])):
+                memo[node] = _of_length(node, squares, memo, d[0], toward)
+            else:
+                memo[node] = _one_sided(node, leaf, d, toward)
     return memo[root]
 
 
@@ -113,6 +118,32 @@ def _one_sided(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr], toward: 
         return below
     beside = call("le", mul(toward, change), ZERO, below, above)
     return call("le", x, bound, call("le", bound, x, beside, below), above)
+
+
+def _squares(root: Expr) -> list[tuple[Expr, Expr]]:
+    """Factors (0 or more) and x of a sum of squares, factor * x^2; none, if it is no such sum."""
+    match root.op, root.args:
+        case "add", (a, b):
+            one, other = _squares(a), _squares(b)
+            return [*one, *other] if one and other else []
+        case "mul", (a, b) if a.value is not None and a.value >= 0.0:
+            return [(mul(a, factor), x) for factor, x in _squares(b)]
+        case "pow", (x,) if root.payload == 2.0:
+            return [(ONE, x)]
+        case _:
+            return [(root, ZERO)] if root.value == 0.0 else []
+
+
+def _of_length(
+    node: Expr, squares: Sequence[tuple[Expr, Expr]], memo: Mapping[Expr, Expr], rate: Expr, toward: Expr
+) -> Expr:
+    """How fast a length grows; where it is zero, that it grows from there on (or shrank to there)."""
+    if rate.value == 0.0:
+        return ZERO
+    total = ZERO
+    for factor, x in squares:
+        total = add(total, mul(factor, power(memo.get(x, ZERO), 2.0)))
+    return call("le", node, ZERO, mul(toward, call("sqrt", total)), div(rate, mul(const(2.0), node)))
 
 
 def _rule(node: Expr, leaf: Callable[[Expr], Expr], d: list[Expr]) -> Expr:

@@ -3,38 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from movimentum.expressions import ONE, Expr, add, call, const, div, mul, sub, symbol, symbols, walk
 from movimentum.planning.lowering.calculus import FOUND_ANEW
-from movimentum.planning.lowering.pushes import PoseLowering
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
 
+if TYPE_CHECKING:
+    from movimentum.planning.lowering.pushes import PoseLowering
 
-class ContactLowering(PoseLowering, Protocol):
-    """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts.
-    ``touching`` are the places that equations of the segment hold, ``pinned`` those where points are on curves with
-    corners or cusps.
-    """
+    class ContactLowering(PoseLowering, Protocol):
+        """What collects a system (`lowering.builder`). ``constraint`` is what is being lowered, ``memo`` its parts.
+        ``touching`` are the places that equations of the segment hold, ``pinned`` those where points are on curves with
+        corners or cusps.
+        """
 
-    memo: dict[Expr, Expr]
-    constraint: Constraint | None
-    touching: frozenset[Expr]
-    pinned: frozenset[Expr]
+        memo: dict[Expr, Expr]
+        constraint: Constraint | None
+        touching: frozenset[Expr]
+        pinned: frozenset[Expr]
 
-    def unknown(self, payload: Hashable, name: str) -> int:
-        """The number of an unknown, a new one where it has none yet."""
-        ...
+        def unknown(self, payload: Hashable, name: str) -> int:
+            """The number of an unknown, a new one where it has none yet."""
+            ...
 
-    def bearing(self, bearing: Bearing) -> Expr:
-        """A direction of what is seen."""
-        ...
+        def bearing(self, bearing: Bearing) -> Expr:
+            """A direction of what is seen."""
+            ...
 
-    def add_row(self, row: Expr, constraint: int) -> None:
-        """``row`` is zero."""
-        ...
+        def add_row(self, row: Expr, constraint: int) -> None:
+            """``row`` is zero."""
+            ...
 
 
 def face_contacts(builder: ContactLowering, constraint: Constraint) -> None:

@@ -6,47 +6,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, solutions
-from movimentum.planning.blocks.kinds import Block, Linear
-from movimentum.planning.blocks.kinds import Quadratic as QuadraticBlock
+from movimentum.planning.blocks.kinds import Block, Linear, Quadratic
 
 State = list[Any]
 """By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
 
 
-class QuadraticProblem(NamedTuple):
-    """A block that comes down to one quadratic, with what it needs to know at hand.
-
-    ``margin`` is the discriminant relative to the size of the terms it is made of: negative where the block has no real
-    solution, zero where its two solutions meet. ``roots(sign)`` gives the core unknowns on the branch ``sign``
-    (+1 or -1); a negative discriminant is taken as zero.
+def branch(block: Quadratic, u: State, k: Sequence[FloatArray], sign: Any) -> tuple[FloatArray, ...]:
+    """The `margin` of a block that comes down to one quadratic, then its core unknowns on the branch ``sign`` (+1 or
+    -1); a negative discriminant is taken as zero.
     """
-
-    block: QuadraticBlock
-    state: State
-    clocks: Sequence[FloatArray]
-
-    @property
-    def margin(self) -> FloatArray:
-        """See the class."""
-        return np.asarray(self.branch(1.0)[0])
-
-    def roots(self, sign: FloatArray | float) -> tuple[FloatArray, ...]:
-        """See the class."""
-        return self.branch(sign)[1:]
-
-    def branch(self, sign: FloatArray | float) -> tuple[FloatArray, ...]:
-        """The margin, then the core unknowns."""
-        return self.block.solution(self.state, self.clocks, sign)
+    return block.solution(u, k, sign)
 
 
-def quadratic(block: QuadraticBlock, u: State, k: Sequence[FloatArray]) -> QuadraticProblem:
-    """A block's quadratic, given what is known."""
-    return QuadraticProblem(block, u, k)
+def set_branch(block: Quadratic, u: State, k: Sequence[FloatArray], sign: Any) -> FloatArray:
+    """Set the core unknowns on the branch ``sign``; returns the `margin`."""
+    margin, *core = block.solution(u, k, sign)
+    for n, value in zip(block.core, core, strict=True):
+        u[n] = value
+    return margin
+
+
+def margin(block: Quadratic, u: State, k: Sequence[FloatArray]) -> FloatArray:
+    """The discriminant relative to the size of the terms it is made of: negative where a block has no real solution,
+    zero where its two solutions meet.
+    """
+    return np.asarray(block.solution(u, k, 1.0)[0])
 
 
 def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray, ...]:

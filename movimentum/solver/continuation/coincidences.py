@@ -18,13 +18,10 @@ from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.grid import FINEST, LARGEST_TURN
 from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
 from movimentum.tolerances import CENTRES_MAY_MEET
 
-LARGEST_TURN = 0.45
-"""Change of a direction's cosine or sine between two nodes."""
-FINEST = 2.0**-18
-"""Of a path's length: nodes are no closer."""
 ROUNDS, SAMPLES = 12, 9
 HALVINGS = range(20, 5, -2)
 POINTS = np.array([1.0, 2.0, 3.0, 4.0])
@@ -78,7 +75,7 @@ def _jumps(
 ) -> NDArray[np.bool_]:
     """The intervals, as close as nodes get, over which the block's motion jumps."""
     tau, state, clocks = nodes
-    core = closed_form.quadratic(block, state, clocks).roots(track.sign(tau))
+    core = closed_form.branch(block, state, clocks, track.sign(tau))[1:]
     close = np.diff(tau) <= 2.0 * FINEST * (path.end - path.begin)
     jumps = np.zeros(len(close), dtype=np.bool_)
     for size, values in zip(track_scale(path.plan, block), core, strict=True):
@@ -111,9 +108,9 @@ def _turns(path: Path, block: Quadratic, track: SignTrack, place: float) -> bool
         if points.min() < path.begin or points.max() > path.end:
             continue
         instants = path.instants(points)
-        quadratic = closed_form.quadratic(block, path.before(block.number, instants), instants.clocks)
-        sign = track.sign(points)
-        sides = [np.stack([np.broadcast_to(v, len(points)) for v in quadratic.roots(s * sign)]) for s in (1.0, -1.0)]
+        state, sign = path.before(block.number, instants), track.sign(points)
+        both = (closed_form.branch(block, state, instants.clocks, s * sign)[1:] for s in (1.0, -1.0))
+        sides = [np.stack([np.broadcast_to(v, len(points)) for v in core]) for core in both]
         count = len(POINTS)
         came, goes = (
             (side[:, :count] @ EXTRAPOLATED for side in sides),

@@ -126,6 +126,11 @@ class NodeTrack:
         """What the track says, to the last bit."""
         return _bytes(self.tau, self.values, self.rates), self.until, self.tolerance
 
+    @property
+    def kinks(self) -> FloatArray:
+        """Where rates may jump, but for these of its nodes."""
+        return np.zeros(0)
+
     def guess(self, tau: FloatArray) -> FloatArray:
         """(n, F) cubic Hermite interpolation between nodes (held beyond the last)."""
         if len(self.tau) == 1:

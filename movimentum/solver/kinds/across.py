@@ -7,7 +7,7 @@ So what a block computes broadcasts to (V, T), and an ordinary script is one var
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -19,8 +19,10 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.sizes import scale_of
+
+if TYPE_CHECKING:
+    from movimentum.solver.block.problem import BlockProblem
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +103,7 @@ class Across:
 
 def problem_at(run: Across, block: Newton, place: int, scale: FloatArray | None = None) -> BlockProblem:
     """The equations of a lifted block for all variants at the instant ``place``; ``scale`` is that of its core."""
+    from movimentum.solver.block.problem import BlockProblem
 
     def there(value: Any) -> FloatArray:
         return np.ravel(np.asarray(column(value, place), dtype=np.float64))
@@ -113,6 +116,8 @@ def problem_at(run: Across, block: Newton, place: int, scale: FloatArray | None 
 
 def problem_of(run: Across, block: Newton) -> BlockProblem:
     """The equations of a lifted block for all variants at all instants, one after the other."""
+    from movimentum.solver.block.problem import BlockProblem
+
     shape = run.shape
     count = shape[0] * shape[1]
 
@@ -126,9 +131,10 @@ def problem_of(run: Across, block: Newton) -> BlockProblem:
 
 def column(value: Any, place: int) -> Any:
     """One instant, (V, 1), of a value; a number stays one, and so does what is the same at all instants."""
-    if np.ndim(value) < 1:
-        return value
-    array = np.asarray(value)
-    if array.shape[-1] == 1:
-        return array
-    return array[..., place : place + 1] if place >= 0 else array[..., -1:]
+    return at_instants(value, slice(place, place + 1 or None))
+
+
+def at_instants(value: Any, chosen: Any) -> Any:
+    """A value at some of its instants (see NumPy's indexing); what is the same at all instants stays as it is."""
+    array = value if np.ndim(value) < 1 else np.asarray(value)
+    return array if np.ndim(value) < 1 or array.shape[-1] == 1 else array[..., chosen]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, BlockBase
@@ -12,8 +15,9 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
+from movimentum.solver.continuation.tracks import Choice, Gap, Path, SignTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
+from movimentum.tolerances import DISCRIMINANT_ZERO
 
 if TYPE_CHECKING:
     from movimentum.solver.solutions.homotopy import AllSolutions
@@ -67,8 +71,15 @@ class Kernel(Generic[B]):
         """All solutions of a block to begin a path with, given what is known before it."""
         return Found([Choice()])
 
+    def solve(self, block: B, state: State, clocks: Sequence[FloatArray], sign: Any) -> Any:
+        """Set the core of a block in closed form, on the branch ``sign`` where there are two; then its margin is
+        returned (see `closed_form.margin`), else None.
+        """
+        return None
+
     def take(self, start: Beginning, block: B, choice: Choice) -> None:
         """Set the core, at both instants, to what ``choice`` means."""
+        self.solve(block, start.state, start.instants.clocks, choice.sign)
 
     def first_track(self, path: Path, block: B, choice: Choice) -> Track:
         """The track of a block where the path is one instant long."""
@@ -80,7 +91,9 @@ class Kernel(Generic[B]):
 
     def evaluate(self, path: Path, block: B, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution, or None."""
-        return None
+        sign = track.sign(instants.tau) if isinstance(track, SignTrack) else 1.0
+        margin = self.solve(block, state, instants.clocks, sign)
+        return None if margin is None else ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
 
     def lifted(self, block: B, lift: Lift) -> dict[str, Any]:
         """The fields of a lifted block (see `solver.kinds.across`) that only this kind has; `NotImplementedError` where
@@ -89,6 +102,9 @@ class Kernel(Generic[B]):
         raise NotImplementedError(type(block).__name__)
 
     def across(self, run: Across, block: B, choice: Any) -> None:
-        """Set the core for all variants at all instants, given ``choice``: the sign (V, 1) of a quadratic block, the
-        core (V, n) that a loop begins with.
+        """Set the core for all variants at all instants, given ``choice``: the sign (V, 1) of a quadratic block, whose
+        margin is then among those of ``run``; the core (V, n) that a loop begins with.
         """
+        margin = self.solve(block, run.state, run.instants.clocks, choice)
+        if margin is not None:
+            run.margins[block.number] = margin

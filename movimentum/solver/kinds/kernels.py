@@ -99,7 +99,7 @@ def take(start: Beginning, block: Block, choice: Choice) -> None:
     state = start.state
     KERNELS[type(block)].take(start, block, choice)
     fill_explicit(block, state, start.instants.clocks)
-    for n in block.targets:
+    for n in block.unknowns:
         state[n] = state[n] * np.ones(2)
 
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Block, Linear
-from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import Choice, Gap, Path, Track
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Kernel
+from movimentum.solver.continuation.tracks import Gap, Path
+from movimentum.solver.kinds.across import Lift
+from movimentum.solver.kinds.context import Kernel
 from movimentum.tolerances import WITHOUT_VALUE_AT_ONCE
 
 
@@ -45,23 +45,12 @@ def undefined(path: Path, grid: Grid, block: Block) -> list[Gap]:
 class LinearKernel(Kernel[Linear]):
     """See `Kernel`."""
 
-    def take(self, start: Beginning, block: Linear, choice: Choice) -> None:
+    def solve(self, block: Linear, state: State, clocks: Sequence[FloatArray], sign: Any) -> None:
         """Set the core."""
-        for n, value in zip(block.core, closed_form.linear(block, start.state, start.instants.clocks), strict=True):
-            start.state[n] = value * np.ones(2)
+        for n, value in zip(block.core, closed_form.linear(block, state, clocks), strict=True):
+            state[n] = value
 
     def lifted(self, block: Linear, lift: Lift) -> dict[str, Any]:
         """The system of equations."""
         entries = tuple(map(lift.formula, block.entries))
         return {"entries": entries, "system": lift.code(entries)}
-
-    def across(self, run: Across, block: Linear, choice: Any) -> None:
-        """Set the core."""
-        for n, value in zip(block.core, closed_form.linear(block, run.state, run.instants.clocks), strict=True):
-            run.state[n] = value
-
-    def evaluate(self, path: Path, block: Linear, track: Track, state: State, instants: Instants) -> BoolArray | None:
-        """Set the core."""
-        for n, value in zip(block.core, closed_form.linear(block, state, instants.clocks), strict=True):
-            state[n] = value
-        return None

@@ -7,22 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, add, const
 from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.planning.blocks.reduction import size_in_rounding
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
-from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
+from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
 from movimentum.tolerances import (
     CIRCLES_ALWAYS_ONE,
@@ -72,17 +70,15 @@ class QuadraticKernel(Kernel[Quadratic]):
 
     def begin(self, start: Beginning, block: Quadratic) -> Found:
         """One solution or two, or none."""
-        margin = np.broadcast_to(closed_form.quadratic(block, start.state, start.instants.clocks).margin, 2)
+        margin = np.broadcast_to(closed_form.margin(block, start.state, start.instants.clocks), 2)
         if not margin[0] >= -DISCRIMINANT_ZERO:
             return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
         double = margin[0] <= DISCRIMINANT_ZERO and not margin[1] > DISCRIMINANT_ZERO
         return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
 
-    def take(self, start: Beginning, block: Quadratic, choice: Choice) -> None:
-        """Set the core, at both instants."""
-        roots = closed_form.quadratic(block, start.state, start.instants.clocks).roots(choice.sign)
-        for n, value in zip(block.core, roots, strict=True):
-            start.state[n] = value * np.ones(2)
+    def solve(self, block: Quadratic, state: State, clocks: Sequence[FloatArray], sign: Any) -> Any:
+        """Set the core; returns the margin."""
+        return closed_form.set_branch(block, state, clocks, sign)
 
     def first_track(self, path: Path, block: Quadratic, choice: Choice) -> SignTrack:
         """The track where a path is one instant long."""
@@ -94,13 +90,6 @@ class QuadraticKernel(Kernel[Quadratic]):
         roots = [lift.formula(root) for _, root in block.formulas[: len(block.core)]]
         normal = None if block.normal is None else tuple(map(lift.formula, block.normal))
         return {"margin": margin, "solution": lift.code([margin, *roots]), "normal": normal}
-
-    def across(self, run: Across, block: Quadratic, choice: Any) -> None:
-        """Set the core on the branches of the sign ``choice``; the margin is among those of ``run``."""
-        margin, *core = closed_form.quadratic(block, run.state, run.instants.clocks).branch(choice)
-        run.margins[block.number] = margin
-        for n, value in zip(block.core, core, strict=True):
-            run.state[n] = value
 
     def follow(self, path: Path, grid: Grid, block: Quadratic, choice: Choice, gaps: list[Gap]) -> SignTrack:
         """The track of a quadratic block, with its change points; where it has no solution is added to ``gaps``."""
@@ -119,7 +108,7 @@ class QuadraticKernel(Kernel[Quadratic]):
             return SignTrack(choice.sign, np.zeros(0), circles)
 
         def margin_of(state: State, clocks: Sequence[FloatArray], count: int) -> FloatArray:
-            margin = np.broadcast_to(closed_form.quadratic(block, state, clocks).margin, count)
+            margin = np.broadcast_to(closed_form.margin(block, state, clocks), count)
             for some in near:  # rounding there is no end of a path
                 margin = np.where(some.apart(state, clocks, count) > DISCRIMINANT_UNSURE, margin, 1.0)
             return margin
@@ -143,14 +132,6 @@ class QuadraticKernel(Kernel[Quadratic]):
         track = SignTrack(choice.sign, np.array(events.flips), circles)
         if circles is None:
             return track
-        return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))
+        from movimentum.solver.continuation.coincidences import with_coincidences
 
-    def evaluate(
-        self, path: Path, block: Quadratic, track: Track, state: State, instants: Instants
-    ) -> BoolArray | None:
-        """Set the core; returns where there is no solution."""
-        assert isinstance(track, SignTrack)
-        margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(track.sign(instants.tau))
-        for n, value in zip(block.core, core, strict=True):
-            state[n] = value
-        return ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
+        return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))

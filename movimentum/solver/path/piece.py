@@ -13,12 +13,11 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.cancellation import look
-from movimentum.planning.blocks.kinds import Winding
 from movimentum.planning.codegen.writing import Compiled
-from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants, at_offsets
+from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack, Track
 from movimentum.solver.kinds import kernels
@@ -59,15 +58,7 @@ class Piece:
 
     def finders(self, unknowns: Iterable[int]) -> tuple[int, ...]:
         """The numbers of the blocks that ``unknowns`` depend on, in order: those that find them, and all before."""
-        owner = self.plan.owner
-        seen: set[int] = set()
-        stack = [owner[n] for n in unknowns if n in owner]
-        while stack:
-            other = stack.pop()
-            if other not in seen:
-                seen.add(other)
-                stack.extend(owner[n] for n in self.plan.blocks[other].inputs if n in owner)
-        return tuple(sorted(seen))
+        return finders(self.plan, unknowns)
 
     def instants(self, tau: FloatArray) -> Instants:
         """Instants at offsets ``tau``."""
@@ -131,11 +122,7 @@ class Piece:
         schedule without them would be the same code compiled once more.
         """
         if self._idle is None:
-            plan = self.plan
-            awaited = {n for block in plan.blocks for n in block.inputs}
-            awaited |= {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
-            windings = (block for block in plan.blocks if isinstance(block, Winding))
-            self._idle = frozenset(block.number for block in windings if awaited.isdisjoint(block.unknowns))
+            self._idle = idle_windings(self.plan)
         return self._idle
 
     def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:

@@ -70,11 +70,11 @@ class Contacts:
         about = {gap.push for gap in self.rows.gaps}
         self.plain = tuple(PartPair(VALUE, k) for k in range(self.rows.count) if k not in about | self.rows.rates)
         self.rates = tuple(PartPair(RATE, k) for k in sorted(self.rows.rates))
-        self._columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
+        self.columns = np.full((4, len(self.bodies.sides)), -1, dtype=np.int64)  # of the core, then of what is known
         part, body, column = self.bodies.core
-        self._columns[part, body] = column
+        self.columns[part, body] = column
         for k, b, number in self.bodies.known:
-            self._columns[k, b] = known[number]
+            self.columns[k, b] = known[number]
         varying = set(self.rows.varying)
         self._still = np.array([gap.push not in varying for gap in self.rows.gaps], dtype=np.bool_)
         self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
@@ -189,7 +189,7 @@ class Contacts:
         sides: list[_Side] = []
         size = len(self.block.core) + len(self.known)
         for bodies in (self.bodies.first[pairs.gap], self.bodies.second[pairs.gap]):
-            columns = self._columns[:, bodies]
+            columns = self.columns[:, bodies]
             part, pair = np.nonzero(columns >= 0)
             given, taken = places[pair] * size + columns[part, pair], part * len(places) + pair
             entries: list[tuple[IntArray, IntArray]] = []

@@ -1,4 +1,4 @@
-"""Whether outlines that push each other overlap from the beginning, how deep, and where one of them would be free."""
+"""Whether outlines that push each other overlap from the beginning, and how deep."""
 
 from __future__ import annotations
 
@@ -18,24 +18,18 @@ from movimentum.scene.leaves import ContactPair
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.pushing.contacts import Contacts
 from movimentum.timeline.joints import value_at
-from movimentum.tolerances import PUSH_HOLDS, PUSH_LOOK
 
 Placed = tuple[float, float, float]
 """The place of a thing's first anchor in the world, and how far it is turned (degrees)."""
-TRIES = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Overlapping:
-    """Two ``things`` that overlap by ``depth``; ``push``: the number of the constraint. ``free``: where the first
-    anchor of thing ``moved`` would be, if that were moved out the shortest way.
-    """
+    """Two ``things`` that overlap by ``depth``; ``push``: the number of the constraint."""
 
     push: int
     things: tuple[int, int]
     depth: float
-    moved: int | None
-    free: tuple[float, float] | None
 
 
 def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float) -> list[Overlapping]:
@@ -54,16 +48,9 @@ def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, leas
         depth = -(value.at(*places) + margin)
         if depth <= least:
             continue
-        side = next((k for k, body in enumerate((gap.first, gap.second)) if _is_free(contacts, body)), None)
-        free = None if side is None else value.freed(places, side, margin)
         things = gap.first.thing, gap.second.thing
-        moved = None if side is None else things[side]
-        found.append(Overlapping(contacts.rows.numbers[gap.push], things, depth, moved, free))
+        found.append(Overlapping(contacts.rows.numbers[gap.push], things, depth))
     return sorted(found, key=lambda item: -item.depth)
-
-
-def _is_free(contacts: Contacts, body: SkinBody) -> bool:
-    return any(n in contacts.place for n in body.numbers[:2] if n is not None)
 
 
 def _point(body: SkinBody) -> tuple[Expr, Expr] | None:
@@ -115,32 +102,3 @@ class WholeGap:
 
         found = value_at(substitute(self.value, leaf), Fraction(0))
         return math.nan if found is None else found
-
-    def freed(self, places: list[Placed], side: int, margin: float) -> tuple[float, float] | None:
-        """Where the first anchor of one side would be, if that were moved out; None where that is not found."""
-        places = list(places)
-        size = max(1.0, *(abs(v) for v in places[side][:2]))
-        for _ in range(TRIES):
-            value = self.at(*places) + margin
-            if value >= -PUSH_HOLDS * size:
-                return places[side][0], places[side][1]
-            step = PUSH_LOOK * size
-            slope: list[float] = []
-            for axis in (0, 1):
-                both: list[float] = []
-                for way in (step, -step):  # on both sides: where one way is as good as the other, neither is taken
-                    moved = list(places[side])
-                    moved[axis] += way
-                    there = list(places)
-                    there[side] = (moved[0], moved[1], moved[2])
-                    both.append(self.at(*there))
-                slope.append((both[0] - both[1]) / (2.0 * step))
-            length = math.hypot(*slope)
-            if not np.isfinite(length):
-                return None
-            if length < 0.1:  # as two circles with one centre: any way is as good
-                slope, length = [1.0, 0.0], 1.0
-            x, y, turn = places[side]
-            far = -value + PUSH_HOLDS * size
-            places[side] = x + far * slope[0] / length, y + far * slope[1] / length, turn
-        return None

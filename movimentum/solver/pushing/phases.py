@@ -16,6 +16,7 @@ from movimentum.arrays import FloatArray
 from movimentum.solver.pushing.contacts import RATE, Contacts, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.dense import DEGREE
+from movimentum.solver.pushing.freeing import Freeing, FreePlace
 from movimentum.solver.pushing.going import Going
 from movimentum.solver.pushing.law import Instant, moved, openings, stopped
 from movimentum.solver.pushing.overlap import overlapping
@@ -117,9 +118,14 @@ def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack |
         if found.v is None:
             broken = [contacts.plain[k] for k in numbered(found.holds)]
     told = tuple((contacts.rows.numbers[contact.kind], None) for contact in broken)
+    free: tuple[FreePlace, ...] = ()
+    if deep:
+        freeing = Freeing(contacts, problem, course.block.metric, size)
+        pose = freeing.pose(x)
+        free = () if pose is None else freeing.places(x, pose)
     still = np.zeros((1, len(x)))
     nodes = np.array([tau])
-    return PushTrack(nodes, x[None], still, tau, FREE_MOTION_STEP, 0, (), (), why, told, tuple(deep))
+    return PushTrack(nodes, x[None], still, tau, FREE_MOTION_STEP, 0, (), (), why, told, tuple(deep), free)
 
 
 def _begun(
@@ -252,6 +258,7 @@ def _joined(
         tuple(events),
         end,
         tuple(jammed),
+        (),
         (),
         np.array([stride.t0 for stride in strides]),
         np.array([stride.h for stride in strides]),

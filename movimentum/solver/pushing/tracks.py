@@ -12,6 +12,7 @@ from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.dense import DEGREE, basis
+from movimentum.solver.pushing.freeing import FreePlace
 from movimentum.solver.pushing.overlap import Overlapping
 
 
@@ -65,7 +66,8 @@ class PushEnd(StrEnum):
 @dataclass(frozen=True, slots=True, eq=False)
 class PushTrack(NodeTrack):
     """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
-    why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps.
+    why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps,
+    and where things would be ``free``.
     ``begins`` (S,), ``lengths`` (S,) and ``coefficients`` (S, `DEGREE` + 1, n): the series of its steps.
     """
 
@@ -74,9 +76,15 @@ class PushTrack(NodeTrack):
     end: PushEnd = PushEnd.NONE
     jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
     overlaps: Sequence[Overlapping] = ()
+    free: Sequence[FreePlace] = ()
     begins: FloatArray = field(default_factory=lambda: np.zeros(0))
     lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     coefficients: FloatArray = field(default_factory=lambda: np.zeros((0, DEGREE + 1, 0)))
+
+    @property
+    def kinks(self) -> FloatArray:
+        """When its phases begin."""
+        return np.array([phase.begin for phase in self.phases])
 
     def guess(self, tau: FloatArray) -> FloatArray:
         """See `NodeTrack`."""

@@ -19,6 +19,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.upstream import finders
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import Fitting, StartFit, eliminated
 from movimentum.solver.start.rejections import TurnedDown
@@ -106,11 +107,11 @@ def _among_parts(
     for number in plan.checks:
         starts.setdefault(plan.system.equations[number].unknowns, [])
     tried: set[tuple[int, ...]] = set()
-    waiting = [(0, len(_part(demands, plan, some)[0]), k, some) for k, some in enumerate(starts) if some]
+    waiting = [(0, len(part_of(demands, plan, some)[0]), k, some) for k, some in enumerate(starts) if some]
     heapify(waiting)
     while waiting and len(tried) < PARTS:
         ring, _, place, some = heappop(waiting)
-        rows, unknowns = _part(demands, plan, some)
+        rows, unknowns = part_of(demands, plan, some)
         if tuple(rows) in tried:
             continue
         tried.add(tuple(rows))
@@ -121,7 +122,7 @@ def _among_parts(
         wider = frozenset(n for e in plan.system.equations if e.unknowns & unknowns for n in e.unknowns)
         if ring < RINGS and wider not in starts:
             starts[wider] = begins if met is None else [met, *begins]
-            heappush(waiting, (ring + 1, len(_part(demands, plan, wider)[0]), place, wider))
+            heappush(waiting, (ring + 1, len(part_of(demands, plan, wider)[0]), place, wider))
     return None
 
 
@@ -164,19 +165,13 @@ def _filled(demands: Demands, pose: Sequence[float | None]) -> FloatArray:
     return np.where(np.isfinite(values), values, demands.first)
 
 
-def _part(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[int], frozenset[int]]:
+def part_of(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[int], frozenset[int]]:
     """The rows that determine the unknowns ``around``, and what else they determine: those of the blocks these depend
     on, and checks of nothing else.
     """
-    owner = {n: block.number for block in plan.blocks for n in block.unknowns}
-    blocks: set[int] = set()
-    waiting = [owner[n] for n in around if n in owner]
-    while waiting:
-        number = waiting.pop()
-        if number not in blocks:
-            blocks.add(number)  # by its equations: a block's inputs lack what is folded into it
-            read = {n for e in plan.blocks[number].equations for n in plan.system.equations[e].unknowns}
-            waiting += [owner[n] for n in read if n in owner]
+    equations_of = plan.system.equations
+    # by their equations: a block's inputs lack what is folded into it
+    blocks = finders(plan, around, lambda block: {n for e in block.equations for n in equations_of[e].unknowns})
     unknowns = {n for number in blocks for n in plan.blocks[number].unknowns} | around
     equations = {e for number in blocks for e in plan.blocks[number].equations}
     equations |= {e for e in plan.checks if plan.system.equations[e].unknowns <= unknowns}

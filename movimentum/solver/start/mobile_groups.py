@@ -18,7 +18,6 @@ from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.mobility import is_mobile
 from movimentum.solver.start.placement import pinned, rigid_motion
 from movimentum.tolerances import LOOP_CLOSED
 
@@ -67,7 +66,7 @@ def _may_deceive(system: System, group: Group) -> bool:
 
 
 def _holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
-    """Whether an equation holds in the pose to begin from, as far as that can be told; what is about one body holds
+    """Whether an equation holds in the pose to begin from, as far as that is known; what is about one body holds
     where all is moved as one.
     """
     form = system.equations[equation].polynomial
@@ -158,6 +157,8 @@ class _PolynomialRows:
 
     def is_mobile(self) -> bool:
         """Whether the group can move from its start; what is pinned elsewhere is taken as pinned here."""
+        from movimentum.solver.block.mobility import is_mobile
+
         constant = self.values(self.start)
 
         def rows(x: FloatArray) -> tuple[FloatArray, FloatArray]:

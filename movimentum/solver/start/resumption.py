@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,17 +14,11 @@ from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.local import Local
-from movimentum.solver.block.newton import newton
 from movimentum.solver.block.outline_ends import is_past_end
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
 from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
-from movimentum.solver.continuation.folds import fold_near
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.leading import led
 from movimentum.tolerances import (
     BARELY_REGULAR,
     BRANCH_TOLD_AFTER,
@@ -35,6 +30,9 @@ from movimentum.tolerances import (
     RATE_DIFFERENCE_AT_FOLD,
     ROUNDING_OF_DISCRIMINANT,
 )
+
+if TYPE_CHECKING:
+    from movimentum.solver.block.problem import BlockProblem
 
 WIDE = 0.3
 """Of the unknowns' scale: a step that moves something by more may lead to another branch."""
@@ -143,6 +141,9 @@ class Branch:
                 return None
             return Choice(values=tuple(first_of(state[n]) for n in block.core))
         if isinstance(track, NodeTrack) and isinstance(block, Newton):
+            from movimentum.solver.block.newton import newton
+            from movimentum.solver.block.problem import BlockProblem
+
             problem = BlockProblem.of(block, state, instants.clocks, track_scale(piece.plan, block))
             for start in self._starts(block, track, tau):
                 outcome = newton(problem, start[None], iterations=30, limit=0.1)
@@ -200,6 +201,8 @@ class Branch:
 
     def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
+        from movimentum.solver.block.scaling import scaled
+
         block = problem.block
         rows = scaled(problem.jacobian(x), sizes_at(x[0], problem.scale))[0][0]
         singular = np.linalg.svd(rows, compute_uv=False)
@@ -268,6 +271,8 @@ class Branch:
 
     def _lead(self, times: FloatArray) -> Iterator[tuple[float, bool]]:
         """Each of ``times``, and whether the branch may have a solution there: some are looked at together."""
+        from movimentum.solver.start.leading import led
+
         for first in range(0, len(times), TOGETHER):
             some = times[first : first + TOGETHER]
             hopeful = np.ones(len(some), dtype=np.bool_)
@@ -282,6 +287,8 @@ class Branch:
 
     def _at_fold(self, tau: float) -> float:
         """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
+        from movimentum.solver.block.local import Local
+        from movimentum.solver.continuation.folds import fold_near
         from movimentum.solver.kinds.newton import probe_of
 
         piece = self.piece
@@ -315,9 +322,7 @@ class Branch:
 
 def _set_root(block: Quadratic, state: State, instants: Instants, sign: float) -> float:
     """Set a quadratic block's unknowns to its root of this ``sign``; the margin."""
-    margin, *core = closed_form.quadratic(block, state, instants.clocks).branch(sign)
-    for n, value in zip(block.core, core, strict=True):
-        state[n] = value
+    margin = closed_form.set_branch(block, state, instants.clocks, sign)
     closed_form.fill_explicit(block, state, instants.clocks)
     return first_of(margin)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.expressions import Expr, walk
+from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
@@ -21,22 +21,21 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import column
 from movimentum.things.kinds.toothed import RACK
 from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAST_BEYOND, SAME_DIRECTION
-from movimentum.variants.lowered import FrameMoments, LoweredMeasures
+from movimentum.variants.lowered import LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.choosing import began_with
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
 from movimentum.variants.together.pattern import (
+    Members,
     NotTogether,
     Pattern,
     SegmentPattern,
-    filled,
-    numbered,
 )
 from movimentum.variants.together.poses import Places
-from movimentum.variants.tracing import Varied
+from movimentum.variants.tracing import numbered, payloads_read, places_from
 
-ELEMENTS = 60_000
+ELEMENTS = 80_000
 """Variants times instants that are solved at once: few enough for the processor's caches."""
 FEW_UNSURE = 2
 """Variants for which more instants are not worth a trial."""
@@ -97,26 +96,17 @@ class Batch:
         expressions: Sequence[Expr] = ()
         if self.lowered is not None:
             expressions, self.times = self.lowered.read, self.lowered.measures.times
-        self.payloads = _payloads_of(expressions)
+        self.payloads = payloads_read(*expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
                 raise NotTogether("what is measured")
-        place = {payload: n for n, payload in enumerate(self.payloads)}
-        from movimentum.expressions import substitute, symbol
-
-        made = [
-            substitute(
-                numbered(each, self.pattern.names, len(place)),
-                lambda node: symbol(place[node.payload]) if node.op == "symbol" and node.payload in place else None,
-            )
-            for each in expressions
-        ]
+        place: dict[Hashable, int] = {payload: n for n, payload in enumerate(self.payloads)}
+        place |= places_from(len(place), self.pattern.names)
         self.meshings = list(meshings(self.pattern.scene))
         self.seen = {payload.thing for payload in self.payloads if not isinstance(payload, VariableComponent)}
         self.seen |= {thing.number for item in self.meshings for thing in (item.first, item.second)}
         self.clocks = Clocks()
-        self.reading = compiled(made, self.clocks)
-        self.moments = None if self.lowered is None else FrameMoments(self.lowered.timeline)
+        self.reading = compiled([numbered(each, place) for each in expressions], self.clocks)
 
     def grids(self) -> list[SegmentGrid]:
         """The instants of every segment."""
@@ -130,7 +120,7 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be told otherwise."""
+        """`rows`, at more instants for those that cannot be determined otherwise."""
         rows, unsure = self.rows(constants)
         usual = self.intervals
         try:
@@ -163,11 +153,11 @@ class Batch:
         measured = len(self.lowered.outer) if self.lowered is not None else 0
         measures = np.full((len(constants), measured), np.nan)
         ok = (course.outcomes == 0) & ~course.unsure
-        if self.lowered is not None and measured and self.moments is not None:
+        if self.lowered is not None and measured:
             varied = course.places.varied
             names = dict(zip(self.pattern.names, (value[:, 0] for value in varied), strict=True))
             frames, at = read.finished()
-            values = self.lowered.values(frames, at, self.moments, names, course.size).T
+            values = self.lowered.values(frames, at, names, course.size).T
             measures[ok] = values[ok]
         return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
 
@@ -191,14 +181,15 @@ class Batch:
                     outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
                     course.times[began.none] = float(segment.segment.start)
             idle = self._idle if measured else ()
-            followed = follow_together(segment, places.varied, choices, angles, grid, size, timed=timed, without=idle)
+            members = Members(segment, places.varied, choices, size)
+            followed = follow_together(members, angles, grid, timed=timed, without=idle)
             moving = outcomes == 0
             course.unsure |= followed.unsure & moving
             course.lost |= followed.off & moving
             binds = followed.binds
             violating = np.isfinite(followed.violates) & moving & ~course.unsure
             if violating.any():
-                ends = self._ends(segment, course, choices, carried, followed.violates, violating)
+                ends = self._ends(members, carried, followed.violates, violating)
                 binds, course.unsure = np.where(ends, followed.violates, binds), course.unsure | violating & ~ends
             bound = np.isfinite(binds) & moving
             outcomes[bound] = VariantOutcome.BINDS.code
@@ -224,9 +215,7 @@ class Batch:
 
     def _ends(
         self,
-        segment: SegmentPattern,
-        course: BatchCourse,
-        choices: dict[int, FloatArray],
+        every: Members,
         carried: Carried | None,
         times: FloatArray,
         violating: BoolArray,
@@ -235,20 +224,18 @@ class Batch:
         solution behind that (see `solver.solver`), so that they end there.
         """
         some = np.nonzero(violating)[0]
-        places = Places(self.pattern, [value[some] for value in course.places.varied])
-        size, length = course.size[some], segment.length
+        members, segment = every.some(some), every.pattern
+        places = Places(self.pattern, members.varied)
+        size, length = members.size, segment.length
         tau = times[some]
-        own = {number: choice[some] for number, choice in choices.items()}
         with np.errstate(all="ignore"):
-            state = segment.solve(segment.run(places.varied, tau[:, None], size), own, continued=False).state
+            state = members.solved(tau[:, None]).state
             poses = places.solved(segment, state, {} if carried is None else _some(carried, some).poses)
             there = _carried(segment, poses, state, None if carried is None else _some(carried, some))
             resume = np.minimum(tau + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
             for _ in range(40):  # just far enough for the violation to be seen
-                run = segment.solve(segment.run(places.varied, resume[:, None], size), own, continued=False)
-                slack = segment.selectors(filled(run.state), run.instants.clocks)
-                least = np.min([np.broadcast_to(value, (len(some), 1))[:, 0] for value in slack], axis=0)
-                seen = (least < -2.0 * INEQUALITY_MET * size) | (resume >= length)
+                slack = members.slack(members.solved(resume[:, None]))
+                seen = (np.min(slack, axis=0)[:, 0] < -2.0 * INEQUALITY_MET) | (resume >= length)
                 if seen.all():
                     break
                 resume = np.where(seen, resume, np.minimum(tau + 2.0 * (resume - tau), length))
@@ -370,12 +357,3 @@ def _at_last(poses: dict[int, BodyPose]) -> dict[int, BodyPose]:
 
 def _side_by_side(parts: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
     return [np.concatenate(column, axis=1) for column in zip(*parts, strict=True)]
-
-
-def _payloads_of(expressions: Sequence[Expr]) -> list[Any]:
-    """The payloads that expressions of a scene read, but for varied constants."""
-    found: dict[Any, None] = {}
-    for node in walk(*expressions):
-        if node.op == "symbol" and not isinstance(node.payload, Varied):
-            found[node.payload] = None
-    return list(found)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from movimentum.expressions import Expr, const, substitute, symbols
+from movimentum.expressions import Expr, const, substitute
 from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
@@ -16,6 +16,7 @@ from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.model import Relation, Scene, ThingAngle
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
+from movimentum.solver.basis.upstream import finders
 from movimentum.solver.judge import Judge
 from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.kernels import lifted
@@ -28,9 +29,8 @@ from movimentum.variants.together.pattern import (
     PolynomialRows,
     SegmentFormulas,
     SegmentPattern,
-    numbered,
 )
-from movimentum.variants.tracing import OriginUnfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, numbered, places_from, varied_names
 
 MOST_UNKNOWNS = 12
 """Of a block that Newton's method solves."""
@@ -69,8 +69,8 @@ def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
     for thing in scene.things:
         for number, anchor in enumerate(thing.anchors):
             place_of[thing.number, number] = len(places)
-            places += [unfolding.unfolded(part) for part in anchor.coordinates]
-    function = compiled([numbered(each, names, 0) for each in places], Clocks())
+            places += anchor.coordinates
+    function = unfolding.code(places, places_from(0, names), Clocks())
     return Pattern(names, dict(values), timeline, tuple(segments), unfolding, function, place_of)
 
 
@@ -89,14 +89,10 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
 
 def _check_free(plan: Plan) -> None:
     """Raise `NotTogether` where a free motion depends on what has no closed form."""
-    above: list[set[int]] = []
-    for block in plan.blocks:
-        direct = {plan.owner[n] for n in block.inputs if n in plan.owner}
-        above.append(direct.union(*(above[number] for number in direct)))
-        if isinstance(block, Free) and any(
-            not isinstance(plan.blocks[number], Assign | Linear | Quadratic | Free) for number in above[-1]
-        ):
-            raise NotTogether("free motions that follow what is not in closed form")
+    free = (block for block in plan.blocks if isinstance(block, Free))
+    above = (plan.blocks[number] for block in free for number in finders(plan, block.inputs))
+    if not all(isinstance(block, Assign | Linear | Quadratic | Free) for block in above):
+        raise NotTogether("free motions that follow what is not in closed form")
 
 
 def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
@@ -108,10 +104,9 @@ def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
         return const(float(segment.start - node.start)) if node.op == "clock" else None
 
     for constraint in segment.active:
-        if constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle):
-            begun = substitute(unfolding.unfolded(constraint.right[0]), at_first)
-            if any(isinstance(payload, Varied) for payload in symbols(begun)):
-                raise NotTogether("the teeth of gears may depend on it")
+        states_turn = constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle)
+        if states_turn and varied_names(substitute(unfolding.unfolded(constraint.right[0]), at_first)):
+            raise NotTogether("the teeth of gears may depend on it")
 
 
 def _known_kind(block: Block) -> bool:
@@ -124,15 +119,15 @@ def _segment_pattern(
 ) -> SegmentPattern:
     clocks = Clocks(plan.clocks)
     count = len(plan.system.unknowns)
+    place = places_from(count, names)
 
     def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
-        made = [numbered(unfolding.unfolded(each), names, count) for each in expressions]
-        return SegmentFormulas(compiled(made, clocks), len(made))
+        return SegmentFormulas(unfolding.code(expressions, place, clocks), len(expressions))
 
     lift = Lift(
         plan,
         frozenset(range(count, count + len(names))),
-        lambda root: numbered(unfolding.unfolded(root), names, count),
+        lambda root: numbered(unfolding.unfolded(root), place),
         lambda some: compiled(some, clocks),
     )
 

@@ -7,7 +7,7 @@ same, and their numbers know where they come from (`variants.tracing`). Whether 
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.expressions import Expr, substitute, symbol
-from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode, Winding
+from movimentum.expressions import Expr
+from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode
+from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import symbol_numbers
@@ -24,13 +25,14 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.kinds.across import Across, Again
 from movimentum.solver.kinds.free_paths import GridAcross
 from movimentum.solver.kinds.kernels import across
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import LOOK_AHEAD
-from movimentum.variants.tracing import OriginUnfolding, Varied
+from movimentum.variants.tracing import OriginUnfolding, places_from
 
 MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
@@ -131,37 +133,19 @@ class SegmentPattern:
     def idle(self, read: Container[Any]) -> frozenset[int]:
         """The blocks of continuous angles that nothing reads, where the payloads ``read`` are."""
         system = self.plan.system
-        used = {n for item in self.blocks for n in item.block.inputs}
-        used |= symbol_numbers(*(selector.value for selector in system.selectors))
-        used |= {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
-        return frozenset(
-            item.block.number
-            for item in self.blocks
-            if isinstance(item.block, Winding)
-            and not any(n in used or system.unknowns[n].payload in read for n in item.block.unknowns)
-        )
+        others = {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
+        return idle_windings(self.plan, others | {u.number for u in system.unknowns if u.payload in read})
 
     @cached_property
     def unjudged(self) -> frozenset[int]:
         """The blocks that no inequality depends on."""
-        wanted = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
-        found: set[int] = set()
-        for item in reversed(self.blocks):
-            if wanted.isdisjoint(item.block.unknowns):
-                found.add(item.block.number)
-            else:
-                wanted |= item.block.inputs
-        return frozenset(found)
+        read = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
+        return frozenset(range(len(self.blocks))).difference(finders(self.plan, read))
 
     @cached_property
     def upstream(self) -> tuple[frozenset[int], ...]:
         """The numbers of the blocks that each block depends on."""
-        owner = self.plan.owner
-        found: list[frozenset[int]] = []
-        for item in self.blocks:
-            direct = {owner[n] for n in item.block.inputs if n in owner}
-            found.append(frozenset(direct.union(*(found[number] for number in direct))))
-        return tuple(found)
+        return tuple(frozenset(finders(self.plan, item.block.inputs)) for item in self.blocks)
 
     @property
     def turns(self) -> bool:
@@ -234,6 +218,38 @@ class SegmentPattern:
         return [*[None] * self.unknowns, *varied]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Members:
+    """V variants of a segment: their constants ``varied`` (V, 1) each, their ``choices`` by block, the ``size`` (V,) of
+    their scenes.
+    """
+
+    pattern: SegmentPattern
+    varied: Sequence[FloatArray]
+    choices: Mapping[int, FloatArray]
+    size: FloatArray
+
+    def some(self, chosen: IntArray | BoolArray) -> Members:
+        """The variants ``chosen``."""
+        choices = {number: choice[chosen] for number, choice in self.choices.items()}
+        return Members(self.pattern, [value[chosen] for value in self.varied], choices, self.size[chosen])
+
+    def run(self, tau: FloatArray) -> Across:
+        """What solves them at offsets (T,) or (V, T)."""
+        return self.pattern.run(self.varied, tau, self.size)
+
+    def solved(self, tau: FloatArray, without: Container[int] = ()) -> Across:
+        """What does not depend on the past, solved at offsets (T,) or (V, T), but for the blocks ``without``."""
+        return self.pattern.solve(self.run(tau), self.choices, continued=False, without=without)
+
+    def slack(self, run: Across) -> list[FloatArray]:
+        """The left-hand side of every inequality (it is to be positive), in units of the scene's size, (V, T) each."""
+        if not self.pattern.selectors.count:
+            return []
+        values = self.pattern.selectors(filled(run.state), run.instants.clocks)
+        return [np.broadcast_to(value, run.shape) / self.size[:, None] for value in values]
+
+
 @dataclass(eq=False)
 class Pattern:
     """All segments of a timeline for any values of the constants ``names``.
@@ -256,19 +272,13 @@ class Pattern:
         """The scene that the plans were made for."""
         return self.timeline.scene
 
+    def code(self, expressions: Iterable[Expr], first: int = 0, clocks: Clocks | None = None) -> Compiled:
+        """Compiled ``expressions`` of the varied constants, which are inputs number ``first`` on."""
+        return self.unfolding.code(expressions, places_from(first, self.names), clocks or Clocks())
+
     def coordinates(self, varied: Sequence[FloatArray]) -> list[Any]:
         """x and y of all anchors as drawn, in the order of `place_of`: numbers or (V, 1) arrays."""
         return list(self.places(list(varied), []))
-
-
-def numbered(root: Expr, names: Sequence[str], first: int) -> Expr:
-    """``root`` with the number of its place in a state for each varied constant."""
-    place = {name: first + k for k, name in enumerate(names)}
-
-    def number(node: Expr) -> Expr | None:
-        return symbol(place[node.payload.name]) if isinstance(node.payload, Varied) else None
-
-    return substitute(root, number)
 
 
 def filled(state: State) -> State:

@@ -10,13 +10,14 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr
 from movimentum.expressions.arrays import sincosd
-from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.solver.basis.body_pose import DRAWN, BodyPose, solved_pose
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import at_instants
 from movimentum.solver.start.placement import Pin, connected_parts, pins_of, rigid_motions
 from movimentum.tolerances import PART_FITS
-from movimentum.variants.together.pattern import Pattern, SegmentPattern, numbered
+from movimentum.variants.together.pattern import Pattern, SegmentPattern
 
 
 class Places:
@@ -55,9 +56,7 @@ class Places:
         code = self.pattern.frames.get(key)
         if code is None:
             frame = segment.plan.system.frame(thing)
-            unfolding, names = self.pattern.unfolding, self.pattern.names
-            made = [numbered(unfolding.unfolded(each), names, 0) for each in (*frame.stated_origin, *frame.stated_axis)]
-            code = self.pattern.frames[key] = compiled(made, Clocks())
+            code = self.pattern.frames[key] = self.pattern.code((*frame.stated_origin, *frame.stated_axis))
         x, y, ax, ay = code(list(self.varied), [])
         self._frames[key] = x, y, ax, ay
         return x, y, ax, ay
@@ -73,7 +72,7 @@ class Places:
         among ``whole`` (None: of none), at the first and the last instant only.
         """
         system = segment.plan.system
-        ends: State = [value if np.ndim(value) < 1 else np.asarray(value)[..., [0, -1]] for value in state]
+        ends: State = [at_instants(value, [0, -1]) for value in state]
 
         def placed(body: BodyUnknowns) -> BodyPose:
             own = state if whole is None or body.thing in whole else ends
@@ -87,7 +86,7 @@ def laid(
     places: Places, segment: SegmentPattern, state: State, clocks: Sequence[FloatArray], size: FloatArray
 ) -> tuple[dict[int, BodyPose], BoolArray]:
     """The poses to begin from: every part as drawn, moved as a body to where its pins are, if it fits there; and (V,)
-    whether that cannot be told for many variants at once. See `solver.start.placement.placed`.
+    whether that cannot be determined for many variants at once. See `solver.start.placement.placed`.
     """
     plan = segment.plan
     unsure = np.zeros(places.count, dtype=np.bool_)
@@ -121,14 +120,12 @@ def laid(
 
 def _pins(places: Places, segment: SegmentPattern, things: set[int], size: FloatArray) -> tuple[list[Pin], BoolArray]:
     """See `solver.start.placement.pins_of`: (V,) complex places."""
-    unfolding, names = places.pattern.unfolding, places.pattern.names
 
     def across(x: Any, y: Any) -> Any:
         return np.broadcast_to(np.asarray(x + 1j * np.asarray(y)), (places.count, 1))[:, 0]
 
     def stated(side: Sequence[Expr]) -> Any:
-        made = [numbered(unfolding.unfolded(each), names, 0) for each in side]
-        return across(*compiled(made, Clocks())(list(places.varied), []))
+        return across(*places.pattern.code(side)(list(places.varied), []))
 
     system = segment.plan.system
     pins, closed = pins_of(
@@ -168,15 +165,14 @@ def _fits_as_drawn(
     fits = np.ones(places.count, dtype=np.bool_)
     if not single:
         return fits
-    unfolding, names, first = places.pattern.unfolding, places.pattern.names, segment.unknowns
     expressions = [equation.residual for equation in single]
     sides = [
         s.value
         for s in system.selectors
         if (read := symbol_numbers(s.value)) & own and all(n in own or state[n] is not None for n in read)
     ]
-    made = [numbered(unfolding.unfolded(each), names, first) for each in (*expressions, *sides)]
-    values = compiled(made, Clocks(segment.more_clocks))(trial, clocks)
+    code = places.pattern.code((*expressions, *sides), segment.unknowns, Clocks(segment.more_clocks))
+    values = code(trial, clocks)
     scale = np.minimum(places.size(), 1.0)
     for k, value in enumerate(values):
         value = np.broadcast_to(value, (places.count, 2))[:, 0]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.across import column
 from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, followed
 from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import BlockFormulas, NotTogether, PolynomialRows
@@ -91,7 +92,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     """All real solutions of a block at the first instant, for ``scale`` (V, n) of its core."""
     assert item.rows is not None
     count, size = scale.shape
-    values = item.rows.coefficients(_first(state), [clock[..., :1] for clock in clocks])
+    values = item.rows.coefficients([column(each, 0) for each in state], [column(clock, 0) for clock in clocks])
     table = np.stack([np.broadcast_to(value, (count, 1))[:, 0] for value in values], axis=1)
     unit = np.median(scale, axis=0)
     for t, (_, factors) in enumerate(item.rows.terms):
@@ -136,7 +137,3 @@ def _generic_roots(
         raise NotTogether("a homotopy that does not finish")
     roots = ends[finite]
     return generic, roots
-
-
-def _first(state: State) -> State:
-    return [value[..., :1] if np.ndim(value) and np.shape(value)[-1] > 1 else value for value in state]

@@ -1,0 +1,30 @@
+"""How fast a speed changes where it is zero: as it comes next, and at the end as it came."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import movimentum as mv
+
+LAWS = {
+    "from rest": ("[60 + 20*.t^2, 100]", lambda t: np.full_like(t, 40.0)),
+    "in two directions": ("[60 + 15*.t^2, 100 + 20*.t^2]", lambda t: np.full_like(t, 50.0)),
+    "rests at first": ("[60 + 30*.max(0, .t - 0.5)^2, 100]", lambda t: np.where(t >= 0.5, 60.0, 0.0)),
+    "turns back": ("[60, 100 + 25*(.t - 1)^2]", lambda t: np.where(t >= 1.0, 50.0, -50.0)),
+    "comes to rest": ("[60, 100 + 25*(.t - 2)^2]", lambda t: np.full_like(t, -50.0)),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_speed_that_is_zero_has_a_rate(name: str) -> None:
+    place, truth = LAWS[name]
+    motion = mv.loads(f".config(10); A : .disc(5) P = [60,100]; @0 A.P = {place}; a = .d(.d(A.P).l); @2").solve()
+    assert motion["a"] == pytest.approx(truth(motion.times), abs=1e-9)
+
+
+def test_a_distance_that_is_zero_has_a_rate() -> None:
+    motion = mv.loads(
+        ".config(10); A : .disc(5) P = [60,100]; @0 A.P = [60 + 30*(.t - 1), 100]; a = .d((A.P - [60,100]).l); @2"
+    ).solve()
+    assert motion["a"] == pytest.approx(np.where(motion.times >= 1.0, 30.0, -30.0), abs=1e-9)
