@@ -158,8 +158,8 @@ def test_a_still_is_that_frame_of_the_film(name: str, frame: int, tmp_path: Path
     every=5,
 )
 def test_a_claw_that_lets_go_for_a_moment(half: float, middle: float, fps: int) -> None:
-    """Two feet that slide forwards only are driven apart, and together from ``middle - half`` to ``middle + half``: then
-    the hind one goes on, by what the fore one would have to go back.
+    """Two feet that slide forwards only are driven apart, and together from ``middle - half`` to ``middle + half``:
+    then the hind one goes on, by what the fore one would have to go back.
     """
     steep = 1000.0
     motion = mv.loads(f"""
