@@ -22,6 +22,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions.expr import ZERO, Expr, add, const, div, mul, sub
 from movimentum.expressions.operations import call
+from movimentum.expressions.splines import banded, horner, quintics, slope_at
 from movimentum.records import dataclass
 from movimentum.tolerances import TABLE_END
 
@@ -158,7 +159,7 @@ class Table:
         if pieces.period is not None:
             u = u - pieces.period[0] * np.floor((u - pieces.first[0]) / pieces.period[0])
         place = piece_at(pieces, u, self.side)
-        return _horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
+        return horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
 
     def _at_one(self, u: float) -> float:
         """The same of one float, without an array: following a path asks for one after the other."""
@@ -219,14 +220,14 @@ class Table:
         chord = (y[1:] - y[:-1]) / h
         coefficients: list[Any]
         if bends is not None:
-            coefficients = _quintics(h, y, slopes(), bends)
+            coefficients = quintics(h, y, slopes(), bends)
         elif self.smooth:
             m = slopes()
             bend = (m[:-1] + m[1:] - (chord + chord)) / h
             coefficients = [y[:-1], m[:-1], (chord - m[:-1]) / h - bend, bend / h]
         else:
             coefficients = [y[:-1], chord]
-        slopes_at_ends = coefficients[1][:1], _slope_at(coefficients, h)
+        slopes_at_ends = coefficients[1][:1], slope_at(coefficients, h)
         for _ in range(self.order):
             raised: list[Any] = []
             for k, c in enumerate(coefficients[1:], 1):
@@ -323,7 +324,7 @@ class Table:
         else:
             bands[1, 0], bands[0, 1] = h[1], h[0] + h[1]
             bands[1, -1], bands[2, -2] = h[-2], h[-2] + h[-1]
-        return _banded(bands, np.concatenate(lacking))
+        return banded(bands, np.concatenate(lacking))
 
     @staticmethod
     def _solved_round(h: FloatArray, right: FloatArray) -> FloatArray:
@@ -346,19 +347,10 @@ class Table:
         bands[1, -1] -= upper[-1] * lower[0] / corner
         sides = np.zeros((count, 2))
         sides[:, 0], sides[0, 1], sides[-1, 1] = right, corner, upper[-1]
-        plain, turned = _banded(bands, sides).T
+        plain, turned = banded(bands, sides).T
         share = (plain[0] + lower[0] * plain[-1] / corner) / (1.0 + turned[0] + lower[0] * turned[-1] / corner)
         found = plain - share * turned
         return np.append(found, found[0])
-
-
-def _banded(bands: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of a tridiagonal system, for one right side (N,) or several (N, K)."""
-    from scipy import linalg
-
-    solve: Any = linalg.solve_banded  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    found: FloatArray = solve((1, 1), bands, right)
-    return found
 
 
 ROWS = 2000
@@ -381,37 +373,6 @@ def _again(
     return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest, **known)
 
 
-def _quintics(h: Any, y: Any, m: Any, q: Any) -> list[Any]:
-    """The coefficients for values, slopes and halves of second derivatives at both ends of rows ``h`` wide."""
-
-    def times(count: int, c: Any) -> Any:
-        total = c
-        for _ in range(count - 1):
-            total = total + c
-        return total
-
-    square = h * h
-    value = y[1:] - y[:-1] - m[:-1] * h - q[:-1] * square
-    slope = (m[1:] - m[:-1] - times(2, q[:-1] * h)) * h
-    bend = (q[1:] - q[:-1]) * square
-    third = times(10, value) - times(4, slope) + bend
-    fourth = times(7, slope) - times(15, value) - times(2, bend)
-    fifth = times(6, value) - times(3, slope) + bend
-    cube = square * h
-    return [y[:-1], m[:-1], q[:-1], third / cube, fourth / (cube * h), fifth / (cube * square)]
-
-
-def _slope_at(coefficients: Sequence[Any], h: Any) -> Any:
-    """The slope at the end of the last of pieces with these coefficients, which are ``h`` wide."""
-    wide, power, total = h[-1:], None, coefficients[1][-1:]
-    for k, c in enumerate(coefficients[2:], 2):
-        power = wide if power is None else power * wide
-        part = power * c[-1:]
-        for _ in range(k):
-            total = total + part
-    return total
-
-
 def _joined(*parts: Any) -> Any:
     """Arrays of an arithmetic's numbers, one after the other."""
     first: Any = parts[0]
@@ -422,10 +383,3 @@ def piece_at(pieces: Pieces, u: Any, side: int) -> Any:
     """Which piece of floats each of ``u`` is in; at a break the one on the right, or on the left if ``side`` is -1."""
     breaks: Any = pieces.breaks
     return breaks.searchsorted(u, "right" if side > 0 else "left")
-
-
-def _horner(coefficients: Sequence[Any], t: Any) -> Any:
-    total = coefficients[-1]
-    for c in reversed(coefficients[:-1]):
-        total = total * t + c
-    return total if len(coefficients) > 1 else total + 0.0 * t

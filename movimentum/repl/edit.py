@@ -73,7 +73,14 @@ def check(session: Session, argument: str) -> Answer:
 def conflicts(session: Session, argument: str) -> Answer:
     """what contradicts, has no solution, or is stated twice"""
     plain(argument, "conflicts")
-    codes = ("constraint/conflict", "cord/length", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
+    codes = (
+        "constraint/conflict",
+        "constraint/redundant",
+        "cord/length",
+        "solve/unreachable",
+        "solve/not-converged",
+        "claim/broken",
+    )
     found = [d for d in session.advice if d.code in codes or d.severity is Severity.ERROR]
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 

@@ -109,7 +109,7 @@ def possible_lengths(
             if not own:
                 return None
             row = max(own, key=lambda i: max(demands.rows[i].equations))  # before it those of its turns
-            walk = _Walk(demands, row, cord, stated if item.left[0].value is None else -stated)
+            walk = _WithoutCord(demands, row, cord, stated if item.left[0].value is None else -stated)
             ends = [end for start in walk.starts() for end in (walk.end(start, -1.0), walk.end(start, 1.0))]
         except OutOfEffortError:
             return None
@@ -119,7 +119,7 @@ def possible_lengths(
     return Lengths(min(ends), longest if longest <= FAR * plan.size else np.inf)
 
 
-class _Walk:
+class _WithoutCord:
     """Poses that meet all of some demands but ``row``, the length of a cord less ``stated``."""
 
     def __init__(self, demands: Demands, row: int, cord: Cord, stated: float) -> None:

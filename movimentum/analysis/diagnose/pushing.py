@@ -170,7 +170,7 @@ def _overlap(segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diag
         span=None if constraint is None else constraint.span,
         labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
         notes=(known,) if free else (known, "no pose was found that is free and keeps the equations"),
-        helps=(f"it is free with {listed(free)}: draw it there" if free else "draw them apart, or let more of them move",),
+        helps=(f"it is free with {listed(free)}: draw it there" if free else "draw them apart, or free more things",),
     )
 
 
