@@ -18,7 +18,7 @@ from movimentum.solver.block.scaling import Damping, null_space, scaled
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, NearInstants, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, without_rounding
-from movimentum.solver.pushing.together import Instants
+from movimentum.solver.pushing.together import StepInstants
 from movimentum.solver.pushing.turning import Turning
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
@@ -104,7 +104,7 @@ class PushCourse:
 
     def instants(
         self, problem: BlockProblem, near: NearInstants, x: FloatArray, contacts: tuple[PartPair, ...]
-    ) -> Instants:
+    ) -> StepInstants:
         """The same at F instants, for core values (F, n)."""
         block = self.block
         changes = near.changes(x, self._read)
@@ -115,7 +115,7 @@ class PushCourse:
         if self.contacts.rows.rates:
             least += self.contacts.wanted(problem, x)[:, push]
         pull = np.stack([block.metric.pull(each) for each in speeds]) if speeds.shape[1] else None
-        return Instants(
+        return StepInstants(
             block.metric,
             problem.jacobian(x),
             -want,

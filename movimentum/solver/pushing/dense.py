@@ -13,7 +13,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.pushing.together import Instants
+from movimentum.solver.pushing.together import StepInstants
 from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME
 
 DEGREE = 12
@@ -94,7 +94,7 @@ class Stride:
     x: FloatArray
     rates: FloatArray
     coefficients: FloatArray
-    instants: Instants
+    instants: StepInstants
 
     def rates_at(self, tau: float) -> FloatArray:
         """(n,) the rates at a time."""

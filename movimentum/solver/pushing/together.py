@@ -28,7 +28,7 @@ from movimentum.tolerances import (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instants:
+class StepInstants:
     """A block at F instants; see `Instant`: all its arrays, with F first. ``levels``: slopes (F, p, n), wants (F, p)
     and damping. ``values``, ``along`` and ``fan`` (F, k) of the contacts, see `Lines`.
     """
@@ -46,7 +46,7 @@ class Instants:
     fan: FloatArray
 
 
-def velocities(now: Instants, which: Rows) -> tuple[FloatArray, FloatArray] | None:
+def velocities(now: StepInstants, which: Rows) -> tuple[FloatArray, FloatArray] | None:
     """The velocities (F, n) with the contacts ``which`` kept as equations, as `law.held` gives each, and what projects
     on the whitened directions (n, n) that are free at the last, before wishes. None where a number is not finite.
     """
@@ -77,7 +77,7 @@ def velocities(now: Instants, which: Rows) -> tuple[FloatArray, FloatArray] | No
     return np.where(size > PUSH_RESTS * np.max(size, axis=1, keepdims=True, initial=0.0), v, 0.0), first
 
 
-def pressing(now: Instants, which: Rows, v: FloatArray) -> FloatArray:
+def pressing(now: StepInstants, which: Rows, v: FloatArray) -> FloatArray:
     """(F, L, k) how hard the contacts ``which`` press at each of L levels, where the velocities are ``v`` (F, n): a
     negative one would have to pull. 0 where the level does not press on them, but for rounding.
     """
@@ -102,7 +102,7 @@ def pressing(now: Instants, which: Rows, v: FloatArray) -> FloatArray:
     return np.stack(found, axis=1)
 
 
-def opening(now: Instants, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+def opening(now: StepInstants, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(F, k) how fast each contact opens with velocities ``v`` (F, n), and what is slower than moving (F, k)."""
     white, _ = now.metric.whitening
     lengths = np.maximum(np.linalg.norm(now.pushes @ white, axis=2), LEAST_DIVISOR)
