@@ -1049,16 +1049,16 @@ PUSH_BRUSHES = 1e-9
 """Of a step: how closely the time is found at which two knobs are nearest as they pass."""
 PUSH_DENSE = 1e-8
 """Of the unknowns' scale: what the last terms of a step's series may be, so that the series stands for the step."""
+PUSH_DENSE_PULLED = 1e-2
+"""Of the error of a step: the same where steps need not be exact, as under a hand."""
 PUSH_DENSE_GAP = 1e-6
 """Of the scene's size: the same of the series of a gap, whose zeros are only first guesses."""
 PUSH_DENSE_TIME = 1e-13
 """Of a step: how closely a zero of a series is found."""
 PUSH_LOOK = 1e-6
 """Of the time between two nodes, or of a size: how far aside is looked for a speed, or a slope."""
-PUSH_ASIDE = 1e-3
-"""Of the time in which something comes to open: a guess nearer to its ends is none."""
-PUSH_BEGUN = 1e-9
-"""Of a step: when something has begun to open is shown by how it grows, if one look more says the same but for this."""
+PUSH_SIGNS = 1e-4
+"""Of the largest: what the last terms of the series of a sign may be, so that the series tells where it turns."""
 PUSH_AT_ONCE = 1e-12
 """Of a path: phases that are shorter lead nowhere."""
 CONTACT_FLICKERS = 1e-6

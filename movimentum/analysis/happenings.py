@@ -47,7 +47,7 @@ def contact_events(motion: PathMotion) -> list[ContactEvent]:
                 for event in track.events:
                     if event.tau > piece.end:
                         continue
-                    told = ContactEvent(start + event.tau, event.happening, event.push, event.things)
+                    told = ContactEvent(start + float(event.tau), event.happening, event.push, event.things)
                     if event.happening is Happening.BEGINS:
                         now[told.pair] = None
                         if told.pair in touching and event.tau <= piece.begin:

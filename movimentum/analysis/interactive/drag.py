@@ -31,6 +31,8 @@ from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_P
 MOST_STEPS = 400
 STEPS_A_MOVE = 3
 """As many as one move of a hand takes; what is farther off follows with the next move."""
+WAYS_A_MOVE = 1
+"""The same where inequalities push: all the way to the hand, unless that is far."""
 WAY = 0.1
 """Of the canvas: so far something is pulled in one step where inequalities push."""
 
@@ -130,7 +132,8 @@ class Grip:
 
         Ends earlier where it arrives, or comes no nearer.
         """
-        return sum(1 for _ in self._steps(target, steps, nearly=True))
+        pushed = isinstance(self._held, PushedBlock)
+        return sum(1 for _ in self._steps(target, min(steps, WAYS_A_MOVE) if pushed else steps, nearly=True))
 
     def path(self, target: Sequence[float], steps: int = MOST_STEPS) -> list[Snapshot]:
         """Like `move`: the pose before it and those after each step."""

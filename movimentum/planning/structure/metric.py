@@ -55,6 +55,11 @@ class Metric:
         factor = np.asarray(np.linalg.cholesky(self.dense), dtype=np.float64)
         return np.asarray(np.linalg.inv(factor).T, dtype=np.float64), 1.0 / np.sqrt(np.diag(self.dense))
 
+    @cached_property
+    def unwhitening(self) -> FloatArray:
+        """(n, n) what undoes W."""
+        return np.asarray(np.linalg.cholesky(self.dense).T, dtype=np.float64)
+
     def among(self, some: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """The W (n, k) with W' M W = 1 that moves nothing but ``some`` (n,) of the unknowns, and the (k, n) that undoes
         it.

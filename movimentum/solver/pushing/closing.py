@@ -13,7 +13,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.solver.pushing.contacts import TIPS, PartPair
-from movimentum.solver.pushing.dense import DEGREE, FINE, SHARES, Fall, basis, falls, finely, series, smooth
+from movimentum.solver.pushing.dense import DEGREE, FINE, SHARES, Fall, falls, finely, of_series, series, smooth
 from movimentum.solver.pushing.steps import PhaseStep
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_DENSE_GAP, PUSH_LOOK
 
@@ -70,16 +70,12 @@ def _falls(step: PhaseStep, some: Sequence[PartPair]) -> list[tuple[Fall, PartPa
     found: list[tuple[Fall, PartPair]] = []
     for k, contact in enumerate(some):
         if even[k]:
-            value, values = partial(_of_series, coefficients[:, k]), fine[:, k]
+            value, values = partial(of_series, coefficients[:, k]), fine[:, k]
         else:
             value, values = partial(_of_step, step, contact), roughly[:, rough.index(contact)]
         own = falls(value, values, course.closed)
         found += [(fall, contact) for fall in own if not (fall.near and contact in step.passed)]
     return sorted(found)
-
-
-def _of_series(coefficients: FloatArray, w: FloatArray) -> FloatArray:
-    return np.asarray(basis(w) @ coefficients, dtype=np.float64)
 
 
 def _of_step(step: PhaseStep, contact: PartPair, w: FloatArray) -> FloatArray:

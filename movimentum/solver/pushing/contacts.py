@@ -20,7 +20,7 @@ VALUE, RATE = -1, -2
 """The ``gap`` of a contact that is none of outlines: a value, or a rate, ``kind`` being its inequality."""
 AT_A_TIP = 4.0
 """Of how near is touching: what touches so near a tip touches there."""
-KEPT = 16
+KEPT = 64
 """So many groups of contacts are kept as arrays."""
 TIPS = KINDS.index((KNOBS, KNOBS))
 
@@ -75,6 +75,8 @@ class Contacts:
         self.columns[part, body] = column
         for k, b, number in self.bodies.known:
             self.columns[k, b] = known[number]
+        varying = set(self.rows.varying)
+        self._still = np.array([gap.push not in varying for gap in self.rows.gaps], dtype=np.bool_)
         self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
 
     def push(self, contact: PartPair) -> int:
@@ -129,6 +131,20 @@ class Contacts:
             along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
         return values, along, fan
 
+    def placed(
+        self, contacts: Sequence[PartPair], poses: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """The same for poses (4, F, B) of the outlines; None where these do not tell the values."""
+        chosen = self.chosen(tuple(contacts))
+        if not chosen.posed:
+            return None
+        touch = self.bodies.touch(chosen.pairs, poses)
+        values = self.rows.fixed[chosen.push[chosen.places]] + touch.value
+        if len(contacts) == 1:
+            return values, touch.along, touch.fan
+        back = np.argsort(chosen.places)
+        return values[:, back], touch.along[:, back], touch.fan[:, back]
+
     def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
         """Contacts at F instants, for core values (F, n)."""
         chosen = self.chosen(tuple(contacts))
@@ -142,18 +158,16 @@ class Contacts:
             touch = self.bodies.touch(chosen.pairs, poses)
             values[:, chosen.places] += touch.value
             along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
-            for side, (bodies, columns) in enumerate(chosen.sides):
+            flat = slopes.reshape(count, -1)
+            for sign, (bodies, entries) in zip((1.0, -1.0), chosen.sides, strict=True):
                 px, py, c, s = poses[:, :, bodies]
                 px, py = touch.point[..., 0] - px, touch.point[..., 1] - py
+                nx, ny = sign * touch.normal[..., 0], sign * touch.normal[..., 1]
                 square = c * c + s * s
-                dx, dy = (c * px + s * py) / square, (c * py - s * px) / square
-                normal = touch.normal if side == 0 else -touch.normal
-                nx, ny = normal[..., 0], normal[..., 1]
-                for (some, places, column), slope in zip(
-                    columns, (nx, ny, nx * dx + ny * dy, ny * dx - nx * dy), strict=True
-                ):
-                    if len(some):
-                        slopes[:, places, column] += slope[:, some]
+                along_, across = (c * px + s * py) / square, (c * py - s * px) / square
+                four = np.concatenate([nx, ny, nx * along_ + ny * across, ny * along_ - nx * across], axis=1)
+                for given, taken in entries:
+                    flat[:, given] += four[:, taken]
         return Lines(values, slopes[:, :, :n], slopes[:, :, n:], along, fan)
 
     def chosen(self, contacts: tuple[PartPair, ...]) -> _Chosen:
@@ -173,12 +187,19 @@ class Contacts:
         push = table[:, 1].copy()
         push[places] = self.bodies.push[pairs.gap]
         sides: list[_Side] = []
+        size = len(self.block.core) + len(self.known)
         for bodies in (self.bodies.first[pairs.gap], self.bodies.second[pairs.gap]):
             columns = self.columns[:, bodies]
-            some = [np.nonzero(each >= 0)[0] for each in columns]
-            own = tuple((each, places[each], column[each]) for each, column in zip(some, columns, strict=True))
-            sides.append((bodies, own))
-        return _Chosen(push, places, pairs, tuple(sides))
+            part, pair = np.nonzero(columns >= 0)
+            given, taken = places[pair] * size + columns[part, pair], part * len(places) + pair
+            entries: list[tuple[IntArray, IntArray]] = []
+            while len(given):  # once, unless an unknown is two parts of a pose
+                _, once = np.unique(given, return_index=True)
+                entries.append((given[once], taken[once]))
+                given, taken = np.delete(given, once), np.delete(taken, once)
+            sides.append((bodies, tuple(entries)))
+        posed = len(places) == len(contacts) and bool(self._still[pairs.gap].all())
+        return _Chosen(push, places, pairs, (sides[0], sides[1]), posed)
 
     # --- outlines
 
@@ -249,17 +270,18 @@ def contacts_of(block: Pushing) -> Contacts:
     return Contacts(block)
 
 
-_Side = tuple[IntArray, tuple[tuple[IntArray, IntArray, IntArray], ...]]
+_Side = tuple[IntArray, tuple[tuple[IntArray, IntArray], ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Chosen:
     """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
-    these ``pairs``. ``sides``: of each side the bodies (M,), and for each part of their poses which of the M have an
-    unknown there, their places among the contacts, and its column.
+    these ``pairs``. ``sides``: of each side the bodies (M,); and places among (k, n + q) slopes, with the derivatives
+    there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of outlines tell all values.
     """
 
     push: IntArray
     places: IntArray
     pairs: Pairs
-    sides: tuple[_Side, ...]
+    sides: tuple[_Side, _Side]
+    posed: bool

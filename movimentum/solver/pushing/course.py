@@ -17,7 +17,8 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import Damping, null_space, scaled
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, NearInstants, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
-from movimentum.solver.pushing.law import Instant, Level, velocities, without_rounding
+from movimentum.solver.pushing.law import Instant, Level, without_rounding
+from movimentum.solver.pushing.together import StepInstants
 from movimentum.solver.pushing.turning import Turning
 from movimentum.tolerances import LEAST_DIVISOR, PUSH_CLOSED, PUSH_NEARLY, PUSH_RESTORED, PUSH_RESTS_FOR_LONG, RESTORED
 
@@ -101,23 +102,32 @@ class PushCourse:
         self._last = [*self._last[-3:], (tau, x.tobytes(), after, contacts, instant, lines)]
         return instant, lines
 
-    def rates(
+    def instants(
         self, problem: BlockProblem, near: NearInstants, x: FloatArray, contacts: tuple[PartPair, ...]
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """The velocities (F, n) at F instants (core values (F, n)) at which these contacts are kept as equations, and
-        what is free at the last of them: see `velocities`.
-        """
+    ) -> StepInstants:
+        """The same at F instants, for core values (F, n)."""
         block = self.block
         changes = near.changes(x, self._read)
         want, speeds, drift_, drawn, pushed, known = np.split(changes, self._cuts, axis=1)
         lines = self.contacts.lines(contacts, problem, x)
         push = self.contacts.chosen(contacts).push
-        wanted = self.contacts.wanted(problem, x)[:, push]
-        least = wanted - pushed[:, push] - (lines.known @ known[..., None])[..., 0]
-        rows = np.concatenate([problem.jacobian(x), lines.slopes], axis=1)
-        wants = np.concatenate([-want, least], axis=1)
+        least = -pushed[:, push] - (lines.known @ known[..., None])[..., 0]
+        if self.contacts.rows.rates:
+            least += self.contacts.wanted(problem, x)[:, push]
         pull = np.stack([block.metric.pull(each) for each in speeds]) if speeds.shape[1] else None
-        return velocities(block.metric, rows, wants, pull, self._levels(problem, x, drift_, drawn))
+        return StepInstants(
+            block.metric,
+            problem.jacobian(x),
+            -want,
+            pull,
+            self._levels(problem, x, drift_, drawn),
+            lines.slopes,
+            least,
+            self.rest,
+            lines.values,
+            lines.along,
+            lines.fan,
+        )
 
     def _read(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(F, q) all values whose changes by time move the block, in parts as `_cuts` says."""
@@ -194,7 +204,9 @@ class PushCourse:
         return found
 
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
-        """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see `velocities`."""
+        """(F, n) how much of a ``difference`` (F, n) is free, without a sign; ``free`` (n, n): see
+        `together.velocities`.
+        """
         every: BoolArray = np.ones(int(difference.shape[1]), dtype=np.bool_)
         white, back = self.frame(every)
         return np.asarray(np.abs(np.asarray(difference @ back.T @ free @ white.T, dtype=np.float64)), dtype=np.float64)

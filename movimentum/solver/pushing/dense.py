@@ -13,7 +13,8 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME, PUSH_MET
+from movimentum.solver.pushing.together import StepInstants
+from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME
 
 DEGREE = 12
 LOOKS = 96
@@ -84,7 +85,7 @@ def smooth(coefficients: FloatArray, within: float) -> BoolArray:
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
     """A step that begins at ``t0`` and takes ``h``: core values ``x`` (`DEGREE` + 1, n) at `SHARES` of it, their
-    ``rates``, and the ``problem`` there.
+    ``rates``, the ``problem`` there, and what moves the block (``instants``).
     """
 
     t0: float
@@ -93,6 +94,11 @@ class Stride:
     x: FloatArray
     rates: FloatArray
     coefficients: FloatArray
+    instants: StepInstants
+
+    def rates_at(self, tau: float) -> FloatArray:
+        """(n,) the rates at a time."""
+        return of_series(series(self.rates), np.array([(tau - self.t0) / self.h]))[0]
 
     @property
     def times(self) -> FloatArray:
@@ -101,7 +107,7 @@ class Stride:
 
     def at(self, tau: FloatArray) -> FloatArray:
         """The core values (F, n) at times (F,): of the polynomial."""
-        return at_shares(self.coefficients, (tau - self.t0) / self.h)
+        return of_series(self.coefficients, (tau - self.t0) / self.h)
 
 
 def times_of(t0: float, h: float) -> FloatArray:
@@ -111,8 +117,8 @@ def times_of(t0: float, h: float) -> FloatArray:
     return np.asarray(found, dtype=np.float64)
 
 
-def at_shares(coefficients: FloatArray, w: FloatArray) -> FloatArray:
-    """(F, n) the values of series (`DEGREE` + 1, n) at shares (F,) of a step."""
+def of_series(coefficients: FloatArray, w: FloatArray) -> FloatArray:
+    """(F, …) the values of series (`DEGREE` + 1, …) at shares (F,) of a step."""
     return np.asarray(basis(w) @ coefficients, dtype=np.float64)
 
 
@@ -147,6 +153,35 @@ def crossing(
     return a, fa, b, fb
 
 
+def narrowed(
+    value: Callable[[FloatArray], FloatArray], good: tuple[float, float], bad: tuple[float, float], width: float
+) -> tuple[float, float, float, float]:
+    """The same of a ``value`` that is found at many times as quickly as at one: where it first comes to be negative, as
+    far as is seen.
+    """
+    (a, fa), (b, fb) = good, bad
+    for _ in range(40):
+        if not b - a > width:
+            break
+        line = a + (b - a) * (fa / (fa - fb) if math.isfinite(fa) and math.isfinite(fb) else 0.5)
+        places = np.concatenate([line + (b - a) * _NEAR, a + (b - a) * _EVENLY])
+        places = np.sort(places[(places > a) & (places < b)])
+        if not len(places):
+            break
+        values = value(places)
+        below = np.nonzero(values < 0.0)[0]
+        k = int(below[0]) if len(below) else len(places)
+        if k:
+            a, fa = float(places[k - 1]), float(values[k - 1])
+        if k < len(places):
+            b, fb = float(places[k]), float(values[k])
+    return a, fa, b, fb
+
+
+_NEAR = np.array([sign * 10.0**-k for k in range(1, 13) for sign in (-1.0, 1.0)])
+_EVENLY = np.linspace(0.0, 1.0, 10)[1:-1]
+
+
 def _less(now: float, before: float) -> float:
     """By how much the other end counts less, where this one is replaced again."""
     part = 1.0 - now / before if before else 0.0
@@ -177,11 +212,10 @@ def falls(value: Callable[[FloatArray], FloatArray], fine: FloatArray, closed: f
             found.append(Fall(low[0], low[0], high[0], near))
             return
 
-        def above(w: float) -> float:
-            return float(value(np.array([w]))[0]) - level
+        def above(w: FloatArray) -> FloatArray:
+            return value(w) - level
 
-        ends = (low[0], low[1] - level), (high[0], high[1] - level)
-        a, fa, b, fb = crossing(above, *ends, PUSH_DENSE_TIME, PUSH_MET * closed)
+        a, fa, b, fb = narrowed(above, (low[0], low[1] - level), (high[0], high[1] - level), PUSH_DENSE_TIME)
         found.append(Fall(b if abs(fb) < abs(fa) else a, low[0], high[0], near))
 
     for i in np.nonzero((fine[:-1] >= -closed) & (fine[1:] < -closed))[0].tolist():

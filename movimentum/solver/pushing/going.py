@@ -9,13 +9,15 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.pushing.closing import closes
-from movimentum.solver.pushing.contacts import RATE, Lines, PartPair
+from movimentum.solver.pushing.contacts import RATE, PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.dense import Stride
 from movimentum.solver.pushing.law import Instant, held, moved, openings
 from movimentum.solver.pushing.programs import Rows, numbered
+from movimentum.solver.pushing.signs import Signs, begins, rooted
 from movimentum.solver.pushing.steps import PhaseStep
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_ASIDE, PUSH_BEGUN, PUSH_EVENT, PUSH_LOOK
+from movimentum.solver.pushing.together import opening, velocities
+from movimentum.tolerances import COARSEST_FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_EVENT, PUSH_LOOK
 
 FIRST_STEP = 0.25
 """Of the longest one."""
@@ -57,13 +59,16 @@ class Going:
         see `PhaseStep`.
         """
         self.course, self.tau, self.passed = course, tau, passed
-        self.first = FIRST_STEP * course.ahead(tau)
         self.touching = tuple(contacts)
         self.which = which
         self.held = tuple(self.touching[k] for k in numbered(which))
         self.at = tuple(at)
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
         self.event: Seen | None = None
+
+    def first(self, tolerance: float) -> float:
+        """The first step: all that may be, where it need not be exact (``tolerance``: of a step)."""
+        return (FIRST_STEP if tolerance < COARSEST_FREE_MOTION_STEP else 1.0) * self.course.ahead(self.tau)
 
     def velocity(self, tau: float, x: FloatArray, after: bool = False) -> FloatArray:
         """The velocity (n,) at core values ``x`` (n,); ``after``: that of what comes after, if there is a kink."""
@@ -97,29 +102,26 @@ class Going:
 
     def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
         """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""
-        end = float(stride.times[-1]), stride.x[-1]
-        step = PhaseStep(self.course, self.held, self.at, self.passed, stride, self._lines(*end))
+        step = PhaseStep(self.course, self.held, self.at, self.passed, stride, self.which)
         closing, leaves = closes(step), step.leaves()
         if closing is not None and leaves is not None and leaves > closing[0] and step.replaces(closing[1], leaves):
             closing = None
-        first, leaving = end[0] if closing is None else closing[0], False
+        first, leaving = step.t1 if closing is None else closing[0], False
         if leaves is not None and leaves <= first:
             first, leaving = leaves, True
-        last = end[1] if first == end[0] else step.at(first)
-        opened = self._opens(first, last)
+        opened = self._first_opening(step, first)
         if opened is not None:
-            first, last, opened = self._first_opening(step, first, opened)
-        if opened is None and closing is None and leaves is None:
-            self._forget(*end)
+            first, (gone, jammed, shut) = opened
+            self.event = Seen(first, shut, frozenset(), gone, jammed)
+        elif closing is None and leaves is None:
+            self._forget(stride)
             return None
-        jammed = () if opened is None else opened[1]
-        gone = frozenset[PartPair]() if opened is None else opened[0]
-        left = frozenset(step.left(first, last)) if leaving and opened is None else frozenset[PartPair]()
-        shut = frozenset[PartPair]() if opened is None else opened[2]
+        else:
+            left = frozenset(step.left(first, step.at(first))) if leaving else frozenset[PartPair]()
+            self.event = Seen(first, frozenset(), left)
         if closing is not None and closing[0] <= first:
-            shut |= {closing[1]}
-        self.event = Seen(first, shut, left, gone, jammed)
-        return first, last, self.velocity(first, last)
+            self.event.shut |= {closing[1]}
+        return first, step.at(first), stride.rates_at(first)
 
     def _opens(self, tau: float, x: FloatArray) -> Opened | None:
         """Of the contacts that hold, those that open, and those that jam; and others that come to hold. None where
@@ -132,24 +134,22 @@ class Going:
             found = moved(now, self.which)
         if found.v is None:
             return frozenset[PartPair](), tuple(self.touching[k] for k in numbered(found.holds)), frozenset[PartPair]()
+        if not found.sure:
+            return None
+        holds = set(numbered(found.holds))
         open_ = [k for k in numbered(self.which) if found.opening[k] > 2.0 * found.tolerance[k]]
-        more = set(numbered(found.holds)) - set(numbered(self.which))
+        more = holds - set(numbered(self.which))
         if not open_ and not more:
             return None
         if not open_ and (openings(now, held(now, self.which)) >= -2.0 * found.tolerance).all():
             return None  # what holds besides is not needed
         return frozenset(self.touching[k] for k in open_), (), frozenset(self.touching[k] for k in more)
 
-    def _lines(self, tau: float, x: FloatArray) -> Lines:
-        """What holds, at core values ``x`` (n,) whose velocity has been asked for."""
-        return self.course.seen(tau, x, self.touching, False)[1].some(self.which)
-
-    def _forget(self, tau: float, x: FloatArray) -> None:
+    def _forget(self, stride: Stride) -> None:
         """Leave out what has opened since the phase began: it has to close before it holds."""
         if not self.loose:
             return
-        values = self.course.seen(tau, x, self.touching, False)[1].values
-        loose = set(self.loose)
+        loose, values = set(self.loose), stride.instants.values[-1].tolist()
         near = [c for c, v in zip(self.touching, values, strict=True) if c not in loose or v <= self.course.closed]
         self.loose = tuple(contact for contact in near if contact in loose)
         self.touching, self.which = tuple(near), np.array([near.index(c) for c in self.held], dtype=np.intp)
@@ -160,46 +160,46 @@ class Going:
         gone = [k for k, c in enumerate(self.touching) if c in self.loose and lines.values[k] > closed]
         return now.without(gone) if gone else now
 
-    def _first_opening(self, step: PhaseStep, until: float, opened: Opened) -> tuple[float, FloatArray, Opened]:
-        """The time from which on something that holds opens, or nothing may move, the core values there, and what does
-        so; ``opened``: what does ``until``.
-
-        Opening grows evenly from zero at first. So where it begins is seen from two times after that. What is seen is
-        more than rounding, so it has begun a little before; but it has not long before.
+    def _first_opening(self, step: PhaseStep, until: float) -> tuple[float, Opened] | None:
+        """The time from which on something that holds opens, or something else comes to hold, or nothing may move, and
+        what that is; None where nothing of it happens ``until`` then.
         """
-        good, bad = step.t0, until
-        seen = [(until, self._opening(step, until))]
-        tau, begin = 0.5 * (good + bad), np.nan
-        for _ in range(60):
-            if bad - good <= PUSH_EVENT * step.h:
-                break
-            found = self._opens(tau, step.at(tau))
-            if found is not None:
-                bad, opened = tau, found
-                seen.append((tau, self._opening(step, tau)))
-            else:
-                good = tau
-            last, begin = begin, _begun(seen)
-            near = bad - begin
+        if not self.touching:
+            return None
+        loose = np.array([contact in self.loose for contact in self.touching], dtype=np.bool_)
+        signs = Signs(step.stride, self.which, loose, self.course.closed)
+        asked = ((low, tau, self._opens(tau, step.at(tau))) for low, tau in signs.suspects(until))
+        low, tau, opened = next((each for each in asked if each[2] is not None), (until, until, None))
+        if opened is None:
+            return None
+        gone, jammed, shut = opened
+        if jammed:
+            return self._halved(step, low, tau, opened)
+        some = signs.first([self.touching.index(each) for each in gone | shut], low, tau)
+        rest = np.setdiff1d(self.which, some).astype(np.intp)  # without them, the ones open, or the others close
+        sense = np.where(np.isin(some, self.which), -1.0, 1.0)
+
+        def truly(tau: float) -> float:
+            now = self.course.instant(tau, step.at(tau), self.touching)
+            return float(np.min(sense * openings(now, held(now, rest))[some]))
+
+        found = velocities(step.stride.instants, rest)
+        along = None if found is None else opening(step.stride.instants, found[0])[0][:, some] * sense
+        guess = None if along is None else begins(along[:, int(np.argmin(along[-1]))], step.stride, low, tau)
+        at = rooted(truly, guess, low, tau, PUSH_EVENT * step.h)
+        if at is None:
+            return self._halved(step, low, tau, opened)
+        at = step.t0 if at - step.t0 <= PUSH_EVENT * step.h else at
+        now = frozenset(self.touching[k] for k in some)
+        return at, (gone & now, (), shut & now)
+
+    def _halved(self, step: PhaseStep, good: float, bad: float, opened: Opened) -> tuple[float, Opened]:
+        """The same between two times, at the second of which it has happened: by halves."""
+        while bad - good > PUSH_EVENT * step.h:
             tau = 0.5 * (good + bad)
-            if not near > 0.0:
-                continue
-            aside = max(PUSH_ASIDE * near, 0.4 * PUSH_EVENT * step.h)
-            if good >= begin - 2.0 * aside and abs(begin - last) <= PUSH_BEGUN * step.h and last != begin:
-                bad = max(begin, step.t0)
-                break
-            aim = begin - aside if good < begin - 2.0 * aside else begin + 0.1 * near
-            tau = aim if good < aim < bad else tau
-        bad = step.t0 if bad - step.t0 <= PUSH_EVENT * step.h else bad
-        return bad, step.at(bad), opened
-
-    def _opening(self, step: PhaseStep, tau: float) -> float:
-        found = moved(self._now(tau, step.at(tau), self.course.closed), self.which)
-        return 0.0 if found.v is None else float(np.max(found.opening[self.which], initial=0.0))
-
-
-def _begun(seen: Sequence[tuple[float, float]]) -> float:
-    """When something begins to open, from times and openings, of which the last is the smallest; nan: nobody knows."""
-    first, small = seen[-1]
-    second, large = next((each for each in reversed(seen) if each[1] > 3.0 * small), seen[-1])
-    return first - small * (second - first) / (large - small) if 0.0 < small < large else np.nan
+            found = self._opens(tau, step.at(tau))
+            if found is None:
+                good = tau
+            else:
+                bad, opened = tau, found
+        return step.t0 if bad - step.t0 <= PUSH_EVENT * step.h else bad, opened

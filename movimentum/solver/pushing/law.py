@@ -12,7 +12,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, non_negative, numbered, shortest
 from movimentum.tolerances import (
@@ -73,12 +73,14 @@ class Instant:
 class Moved:
     """A velocity ``v`` (n,), how fast each inequality opens (k,), and which of them ``holds`` it. ``tolerance`` (k,):
     slower is not moving. Where no velocity is allowed, ``v`` is None, and those that hold are the ones that jam.
+    ``sure``: it is the one with these as equations. Where a wish is hardly felt, as long as it is, none may be.
     """
 
     v: FloatArray | None
     opening: FloatArray
     holds: Rows
     tolerance: FloatArray
+    sure: bool = True
 
 
 class Whitened:
@@ -242,61 +244,6 @@ def held(now: Instant, which: Rows) -> FloatArray:
     return without_rounding(linear.white @ linear.followed(), linear.scale)
 
 
-def velocities(
-    metric: Metric,
-    rows: FloatArray,
-    want: FloatArray,
-    pull: FloatArray | None,
-    levels: Sequence[tuple[FloatArray, FloatArray, Damping]],
-) -> tuple[FloatArray, FloatArray] | None:
-    """The velocities (F, n) at F instants with ``rows`` (F, m, n) v = ``want`` (F, m), as `held` gives each, and what
-    projects on the whitened directions (n, n) that are free at the last, before wishes. ``levels``: slopes (F, p, n),
-    wants (F, p) and damping. None where a number is not finite.
-    """
-    white, scale = metric.whitening
-    wide, lengths = scaled(rows @ white, np.ones(len(scale)))
-    if not (np.isfinite(wide).all() and np.isfinite(want).all()):
-        return None
-    inverse, free = _split(wide)
-    y = _times(inverse, want / lengths)
-    if pull is not None:
-        y = y - _times(free, pull @ white)
-    first = free[-1]
-    for slopes, wants, damping in levels:
-        whitened = slopes @ white
-        along = whitened @ free
-        sizes = np.linalg.norm(along, axis=2, keepdims=True)
-        along = np.where(sizes > PUSH_UNSEEN * np.linalg.norm(whitened, axis=2, keepdims=True), along, 0.0)
-        if not along.any():
-            continue
-        across = np.swapaxes(along, 1, 2)
-        gradients = slopes * np.where(metric.weighted, scale, 0.0)
-        missing = wants - _times(whitened, y)
-        y = y + _times(across, damped(along @ across, missing, damping, white @ across / scale[:, None], gradients))
-        free = free @ _split(along / np.maximum(sizes, LEAST_DIVISOR))[1]
-    v = y @ white.T
-    size = np.abs(v) / scale
-    return np.where(size > PUSH_RESTS * np.max(size, axis=1, keepdims=True, initial=0.0), v, 0.0), first
-
-
-def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(F, m) from (F, m, n) and (F, n)."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0], dtype=np.float64)
-
-
-def _split(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The pseudo-inverses (F, n, m) of matrices (F, m, n), and what projects on their null spaces (F, n, n)."""
-    count, m, n = matrices.shape
-    whole = np.broadcast_to(np.eye(n), (count, n, n))
-    if m == 0:
-        return np.zeros((count, n, 0)), whole
-    left, singular, right = np.linalg.svd(matrices, full_matrices=False)
-    known = singular > RANK_OF_ROWS * np.maximum(singular[:, :1], LEAST_DIVISOR)
-    across = np.swapaxes(right, 1, 2)
-    inverse = (across * (known / np.maximum(singular, LEAST_DIVISOR))[:, None]) @ np.swapaxes(left, 1, 2)
-    return inverse, whole - (across * known[:, None]) @ right
-
-
 def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
     """``v`` (n,) without what rounding makes of a zero beside what is large: what nothing moves stays."""
     size = np.abs(v) / scale
@@ -344,7 +291,7 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
     y, holding = free.lexicographic(guess)
     if y is None:
         return Moved(None, judged(free.followed(), none).opening, holding, judged(free.least, none).tolerance)
-    return settled(holding) or judged(y, holding)
+    return settled(holding) or replace(judged(y, holding), sure=False)
 
 
 def openings(now: Instant, v: FloatArray) -> FloatArray:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.pushing.contacts import Lines, PartPair
+from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.course import PushCourse
-from movimentum.solver.pushing.dense import Stride, crossing
+from movimentum.solver.pushing.dense import Stride, basis, crossing, narrowed, series
+from movimentum.solver.pushing.programs import Rows
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     OUTLINE_FAN,
     PUSH_ALIKE,
     PUSH_BRUSHES,
+    PUSH_DENSE_GAP,
     PUSH_EVENT,
     PUSH_LOOK,
     PUSH_MET,
@@ -33,11 +36,11 @@ class PhaseStep:
         at: tuple[float, ...],
         passed: frozenset[PartPair],
         stride: Stride,
-        last: Lines,
+        which: Rows,
     ) -> None:
-        """``last``: what is held, at the end."""
+        """``which``: what is held, by its places among the contacts of the stride's instants."""
         self.course, self.held, self.values, self.passed = course, held, at, passed
-        self.stride, self.last, self.h = stride, last, stride.h
+        self.stride, self.which, self.h = stride, which, stride.h
         self.t0, self.t1 = float(stride.times[0]), float(stride.times[-1])
         self.moving = course.moving(stride.rates)
         self._known: dict[float, FloatArray] = {self.t0: stride.x[0], self.t1: stride.x[-1]}
@@ -55,7 +58,26 @@ class PhaseStep:
         """The values of contacts, ``along`` and ``fan`` (F, k), at times (F,), on the step's polynomial: to
         look for what happens.
         """
+        series = self._poses
+        if series is not None:
+            w = np.clip((tau - self.t0) / self.h, 0.0, 1.0)
+            found = self.course.contacts.placed(some, np.moveaxis((basis(w) @ series).reshape(len(tau), 4, -1), 0, 1))
+            if found is not None:
+                return found
         return self.course.contacts.places(some, self.course.probe(tau), self.stride.at(tau))
+
+    @cached_property
+    def _poses(self) -> FloatArray | None:
+        """(`DEGREE` + 1, 4 B) the series of where outlines are; None where these have not come to an end."""
+        contacts = self.course.contacts
+        if not contacts.rows.gaps:
+            return None
+        poses = contacts.bodies.poses(self.stride.problem.inputs, self.stride.x)
+        found = series(np.moveaxis(poses, 0, 1).reshape(len(self.stride.x), -1))
+        size = self.course.plan.size
+        ends = np.abs(found[-2:]).reshape(2, 4, -1)
+        even = (ends[:, :2] <= PUSH_DENSE_GAP * size).all() and (ends[:, 2:] <= PUSH_DENSE_GAP).all()
+        return found if even else None
 
     def places_at(self, some: Sequence[PartPair], tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The same (k,) at one time, on the equations."""
@@ -104,13 +126,13 @@ class PhaseStep:
         parts its value says nothing.
         """
 
-        def beside(tau: float) -> float:
+        def beside(tau: FloatArray) -> FloatArray:
             return -self.inside(contact, tau)
 
-        first, last = beside(low), beside(high)
+        first, last = beside(np.array([low, high])).tolist()
         if not first > 0.0 > last:
             return None
-        there = crossing(beside, (low, first), (high, last), PUSH_BRUSHES * self.h)[2]
+        there = narrowed(beside, (low, first), (high, last), PUSH_BRUSHES * self.h)[2]
         now, closed = float(self.places_at([contact], there)[0][0]), self.course.closed
         if now > closed:
             return self.met(contact, there, (there, high), 0.0)
@@ -135,28 +157,26 @@ class PhaseStep:
         some = [k for k, contact in enumerate(self.held) if contact.gap >= 0]
         if not some:
             return None
-        least = self._slack(self.last.along, self.last.fan)[some]
-        slack = self._slack(*self.places([self.held[k] for k in some], self._looks())[1:])
-        gone = np.nonzero((least < 0.0) | (slack[1:-1] < -self.course.closed).any(axis=0))[0].tolist()
-        return min((self._slack_root(self.held[some[k]]) for k in gone), default=None)
-
-    def _looks(self) -> FloatArray:
-        return self.t0 + self.h * np.linspace(0.0, 1.0, 13)
+        instants = self.stride.instants
+        slack = self._slack(instants.along, instants.fan)[:, self.which[some]]
+        slack[1:-1] += self.course.closed  # where it turns back, it leaves by more than that
+        gone = np.nonzero((slack[1:] < 0.0).any(axis=0))[0].tolist()
+        return min((self._slack_root(some[k]) for k in gone), default=None)
 
     def _slack(self, along: FloatArray, fan: FloatArray) -> FloatArray:
         """How far contacts are inside their parts."""
         size = self.course.plan.size
         return np.minimum(along + self.course.closed, size * (fan + OUTLINE_FAN))
 
-    def _slack_root(self, contact: PartPair) -> float:
-        times = self._looks()
-        slack = self._slack(*self.places([contact], times)[1:])[:, 0]
-        slack[0], slack[-1] = self._slack_at(contact, self.t0), self._slack_at(contact, self.t1)
+    def _slack_root(self, number: int) -> float:
+        """When the contact ``held`` with that number leaves its parts."""
+        contact, place, instants = self.held[number], self.which[number], self.stride.instants
+        times, slack = self.stride.times, self._slack(instants.along, instants.fan)[:, place]
         if slack[0] <= 0.0:
             return self.t0
         k = int(np.nonzero(slack < 0.0)[0][0])
 
-        def nearly(tau: float) -> float:
+        def nearly(tau: FloatArray) -> FloatArray:
             return self.inside(contact, tau)
 
         def truly(tau: float) -> float:
@@ -164,18 +184,18 @@ class PhaseStep:
 
         low, high = (float(times[k - 1]), float(slack[k - 1])), (float(times[k]), float(slack[k]))
         width = PUSH_EVENT * self.h
-        tau = crossing(nearly, low, high, width)[2]
+        tau = narrowed(nearly, low, high, width)[2]
+        if not low[0] < tau - width < tau < high[0]:
+            return tau
         first, last = truly(tau - width), truly(tau)
         if first >= 0.0 > last:
             return tau
-        out = len(times) - 1 if slack[-1] < 0.0 else k
-        ends = (self.t0, float(slack[0])), (float(times[out]), self._slack_at(contact, float(times[out])))
-        low, high = ((tau, last), ends[1]) if last >= 0.0 else (ends[0], (tau - width, first))
+        low, high = ((tau, last), high) if last >= 0.0 else (low, (tau - width, first))
         return crossing(truly, low, high, width)[2]
 
-    def inside(self, contact: PartPair, tau: float) -> float:
-        """How far a contact is inside its parts, on the step's polynomial."""
-        return float(self._slack(*self.places([contact], np.array([tau]))[1:])[0, 0])
+    def inside(self, contact: PartPair, tau: FloatArray) -> FloatArray:
+        """How far a contact is inside its parts at times (F,), on the step's polynomial."""
+        return self._slack(*self.places([contact], tau)[1:])[:, 0]
 
     def _slack_at(self, contact: PartPair, tau: float) -> float:
         return float(self._slack(*self.places_at([contact], tau)[1:])[0])
@@ -185,5 +205,6 @@ class PhaseStep:
         some = [contact for contact in self.held if contact.gap >= 0]
         if not some:
             return []
-        slack = self._slack(*self.places_at(some, tau)[1:])
+        course = self.course
+        slack = self._slack(*course.contacts.places(some, course.at(tau), x[None])[1:])[0]
         return [contact for contact, inside in zip(some, slack, strict=True) if inside < 0.0]

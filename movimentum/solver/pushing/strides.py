@@ -19,10 +19,12 @@ from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.free.velocity import NearInstants
 from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
 from movimentum.solver.pushing.holding import held_at
+from movimentum.solver.pushing.together import velocities
 from movimentum.tolerances import (
     COARSEST_FREE_MOTION_STEP,
     LEAST_DIVISOR,
     PUSH_DENSE,
+    PUSH_DENSE_PULLED,
     PUSH_GUESS,
     RESTORED,
     SHORTEST_PATH_STEP,
@@ -65,7 +67,7 @@ class Strides:
         going, tolerance = self.going, self.tolerance * tightening()
         self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
         self.determined = going.determined(tau, x)
-        length, spent, stage = going.first, 0, 0
+        length, spent, stage = going.first(self.tolerance), 0, 0
         while self.tau < end:
             spent += 1
             if spent > STEPS:
@@ -89,6 +91,11 @@ class Strides:
             self.tau, self.x, self.rate = self.tau + step, found.x[-1], found.rates[-1]
             longer = float(np.clip(0.9 * max(off, LEAST_DIVISOR) ** (-1.0 / DEGREE), SHORTER, LONGER))
             length = step * (longer if rounds < SLOW else min(longer, 1.0))
+
+    @property
+    def dense(self) -> float:
+        """What the last terms of a step's series may be, in units of the unknowns' scale."""
+        return max(PUSH_DENSE, PUSH_DENSE_PULLED * self.tolerance)
 
     @property
     def moving(self) -> BoolArray:
@@ -120,11 +127,14 @@ class Strides:
         rates[:, ~moving] = 0.0
         last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
         begun = step * float(np.max(np.abs(rates[0] - self.rate) / course.scale))
-        error = max(last / PUSH_DENSE, begun / PUSH_GUESS)
+        error = max(last / self.dense, begun / PUSH_GUESS)
         coefficients[:, ~moving] = 0.0  # to the last bit
         coefficients[0, ~moving] = x[~moving]
-        stride = Stride(self.tau, step, problem, there, rates, coefficients)
-        return (stride if error <= 1.0 else None), error, 1
+        if error > 1.0:
+            return None, error, 1
+        near = NearInstants(course.differences, times_of(self.tau, step))
+        instants = course.instants(problem, near, there, self.going.touching)
+        return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, 1
 
     def _stride(self, step: float, tolerance: float) -> tuple[Stride | None, float, int]:
         """A step of that length; how far it is off, in units of what is allowed; and in how many rounds it was found.
@@ -145,7 +155,8 @@ class Strides:
             if held is None:
                 return None, np.inf, rounds
             there, moving = held
-            found = course.rates(problem, near, there, going.held)
+            instants = course.instants(problem, near, there, going.touching)
+            found = velocities(instants, going.which)
             if found is None:
                 return None, np.inf, rounds
             rates, free = found
@@ -165,8 +176,8 @@ class Strides:
         coefficients[:, ~moving] = 0.0  # to the last bit
         coefficients[0, ~moving] = x[~moving]
         last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
-        error = max(whole / PUSH_GUESS, last / PUSH_DENSE)
+        error = max(whole / PUSH_GUESS, last / self.dense)
         tail = turning.moved(there[-1], step / DEGREE * series(paces)[-2:]) - there[-1]
         error = max(error, float(np.max(course.along(free, tail) / course.scale)) / tolerance)
-        stride = Stride(self.tau, step, problem, there, rates, coefficients)
+        stride = Stride(self.tau, step, problem, there, rates, coefficients, instants)
         return (stride if error <= 1.0 else None), error, rounds

@@ -1,0 +1,151 @@
+"""Many instants of a phase together: the velocities at them, and how hard what holds presses.
+
+What `solver.pushing.law` says of one instant, for contacts that hold and are known. They hold as long as each of them
+presses: for each level of wishes, and for the least motion below them, the forces along the contacts' slopes are those
+that bear the gradient (the multipliers of the quadratic program), and none of them pulls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.structure.metric import Metric
+from movimentum.records import dataclass
+from movimentum.solver.block.scaling import Damping, damped, scaled
+from movimentum.solver.pushing.programs import Rows
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PUSH_HOLDS,
+    PUSH_MOVES,
+    PUSH_RANK,
+    PUSH_RESTS,
+    PUSH_UNSEEN,
+    RANK_OF_ROWS,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepInstants:
+    """A block at F instants; see `Instant`: all its arrays, with F first. ``levels``: slopes (F, p, n), wants (F, p)
+    and damping. ``values``, ``along`` and ``fan`` (F, k) of the contacts, see `Lines`.
+    """
+
+    metric: Metric
+    rows: FloatArray
+    want: FloatArray
+    pull: FloatArray | None
+    levels: Sequence[tuple[FloatArray, FloatArray, Damping]]
+    pushes: FloatArray
+    least: FloatArray
+    rest: float
+    values: FloatArray
+    along: FloatArray
+    fan: FloatArray
+
+
+def velocities(now: StepInstants, which: Rows) -> tuple[FloatArray, FloatArray] | None:
+    """The velocities (F, n) with the contacts ``which`` kept as equations, as `law.held` gives each, and what projects
+    on the whitened directions (n, n) that are free at the last, before wishes. None where a number is not finite.
+    """
+    metric = now.metric
+    white, scale = metric.whitening
+    rows = np.concatenate([now.rows, now.pushes[:, which]], axis=1)
+    want = np.concatenate([now.want, now.least[:, which]], axis=1)
+    wide, lengths = scaled(rows @ white, np.ones(len(scale)))
+    if not (np.isfinite(wide).all() and np.isfinite(want).all()):
+        return None
+    inverse, free = _split(wide)
+    y = _times(inverse, want / lengths)
+    if now.pull is not None:
+        y = y - _times(free, now.pull @ white)
+    first = free[-1]
+    for slopes, wants, damping in now.levels:
+        whitened = slopes @ white
+        along, sizes = _seen(whitened @ free, whitened)
+        if not along.any():
+            continue
+        across = np.swapaxes(along, 1, 2)
+        gradients = slopes * np.where(metric.weighted, scale, 0.0)
+        missing = wants - _times(whitened, y)
+        y = y + _times(across, damped(along @ across, missing, damping, white @ across / scale[:, None], gradients))
+        free = free @ _split(along / np.maximum(sizes, LEAST_DIVISOR))[1]
+    v = y @ white.T
+    size = np.abs(v) / scale
+    return np.where(size > PUSH_RESTS * np.max(size, axis=1, keepdims=True, initial=0.0), v, 0.0), first
+
+
+def pressing(now: StepInstants, which: Rows, v: FloatArray) -> FloatArray:
+    """(F, L, k) how hard the contacts ``which`` press at each of L levels, where the velocities are ``v`` (F, n): a
+    negative one would have to pull. 0 where the level does not press on them, but for rounding.
+    """
+    metric = now.metric
+    white, _ = metric.whitening
+    y = v @ metric.unwhitening.T
+    wide, _ = scaled(now.rows @ white, np.ones(white.shape[1]))
+    free = _split(wide)[1]
+    pushes = now.pushes[:, which] @ white
+    found: list[FloatArray] = []
+    for slopes, wants, _ in now.levels:
+        whitened = slopes @ white
+        missing = _times(whitened, y) - wants
+        large = np.linalg.norm(whitened, axis=2) * np.linalg.norm(y, axis=1)[:, None] + np.abs(wants)
+        told = np.where(np.abs(missing) > np.maximum(PUSH_UNSEEN * large, now.rest), missing, 0.0)
+        found.append(_forces(pushes, free, _times(free @ np.swapaxes(whitened, 1, 2), told)))
+        along, sizes = _seen(whitened @ free, whitened)
+        free = free @ _split(along / np.maximum(sizes, LEAST_DIVISOR))[1]
+    still = y if now.pull is None else y + now.pull @ white
+    last = _forces(pushes, free, _times(free, still))
+    found.append(np.where(np.abs(last) * np.linalg.norm(pushes, axis=2) > now.rest, last, 0.0))
+    return np.stack(found, axis=1)
+
+
+def opening(now: StepInstants, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(F, k) how fast each contact opens with velocities ``v`` (F, n), and what is slower than moving (F, k)."""
+    white, _ = now.metric.whitening
+    lengths = np.maximum(np.linalg.norm(now.pushes @ white, axis=2), LEAST_DIVISOR)
+    demanded = np.max(np.abs(now.least) / lengths, axis=1, initial=0.0)
+    fastest = np.maximum(np.linalg.norm(v @ now.metric.unwhitening.T, axis=1), demanded)
+    tolerance = np.maximum(PUSH_MOVES * fastest[:, None], now.rest / lengths)
+    return (_times(now.pushes, v) - now.least) / lengths, tolerance
+
+
+def _forces(pushes: FloatArray, free: FloatArray, gradient: FloatArray) -> FloatArray:
+    """(F, k) what the rows (F, k, n) press with in the ``free`` directions (F, n, n) to bear a gradient (F, n)."""
+    rows, lengths = _seen(pushes @ free, pushes)
+    unit = rows / np.maximum(lengths, LEAST_DIVISOR)
+    forces: FloatArray = np.linalg.solve(_gram(unit), _times(unit, gradient)[..., None])[..., 0]
+    borne = np.linalg.norm(_times(np.swapaxes(unit, 1, 2), forces), axis=1)
+    return np.where((borne > PUSH_HOLDS * np.linalg.norm(gradient, axis=1))[:, None], forces, 0.0)
+
+
+def _gram(rows: FloatArray) -> FloatArray:
+    """Rows times rows; those that depend on each other share what they do."""
+    return np.asarray(rows @ np.swapaxes(rows, 1, 2) + PUSH_RANK * np.eye(rows.shape[1]), dtype=np.float64)
+
+
+def _seen(along: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Slopes ``along`` what is free, without those that are rounding, and their lengths (F, p, 1)."""
+    sizes = np.linalg.norm(along, axis=2, keepdims=True)
+    seen: BoolArray = sizes > PUSH_UNSEEN * np.linalg.norm(slopes, axis=2, keepdims=True)
+    return np.where(seen, along, 0.0), sizes
+
+
+def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """(F, m) from (F, m, n) and (F, n)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0], dtype=np.float64)
+
+
+def _split(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The pseudo-inverses (F, n, m) of matrices (F, m, n), and what projects on their null spaces (F, n, n)."""
+    count, m, n = matrices.shape
+    whole = np.broadcast_to(np.eye(n), (count, n, n))
+    if m == 0:
+        return np.zeros((count, n, 0)), whole
+    left, singular, right = np.linalg.svd(matrices, full_matrices=False)
+    known = singular > RANK_OF_ROWS * np.maximum(singular[:, :1], LEAST_DIVISOR)
+    across = np.swapaxes(right, 1, 2)
+    inverse = (across * (known / np.maximum(singular, LEAST_DIVISOR))[:, None]) @ np.swapaxes(left, 1, 2)
+    return inverse, whole - (across * known[:, None]) @ right
