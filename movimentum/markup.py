@@ -1,4 +1,4 @@
-"""What is told in a terminal, as HTML for a notebook: the same text in the same colours, on light and dark ground."""
+"""What a terminal shows, as HTML for a notebook: the same text and colours, on light and dark ground."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ SECOND_RANK_LOST = 1e-6
 """Of the largest singular value: where the second smallest is less too, more than one rank is lost at a pose."""
 BRANCH_TOLD_BEFORE, BRANCH_TOLD_AFTER = 1e-6, 1e-9
 """Of the interval: how long before its end a path's pose tells which branch it is on, and how long after its beginning
-that can be told where the two meet."""
+that can be determined where the two meet."""
 CLEAR_OF_FOLD, BARELY_REGULAR = 1e-5, 1e-7
 """Of the largest singular value: a pose with a smaller one is as good as at a fold; from one with less than the second
 a path cannot be followed."""
@@ -437,7 +437,7 @@ OUTLINE_CORNER = 1e-7
 OUTLINE_SAMPLED = 1e-3
 """Of an outline's size: between straight pieces that are within it, the nearest place is looked for."""
 BESIDE_AN_END = 1e-6
-"""Of a piece of an outline: how far beside its end its direction is told, where it stands still at the end."""
+"""Of a piece of an outline: how far beside its end its direction is measured, where it stands still at the end."""
 SHORTEST_PIECE = 1e-9
 """Of the range of a parameter: pieces between two kinks that are shorter are none."""
 KINK_AS_SAID = 1e-12
@@ -463,7 +463,7 @@ CUT_AS_NEAR = 1e-9
 CUT_CROSSES = 1e-6
 """Of a straight piece's length: how far beyond its ends two pieces of a profile still cross."""
 CUT_WOULD_DO = 0.9995
-"""Of the radius at which a profile begins to cross itself: so large a roller is told to do, in four digits."""
+"""Of the radius at which a profile begins to cross itself: so large a roller is said to fit, in four digits."""
 CUT_CURVED = 1e-9
 """Of a tool's size: a profile that bends the wrong way by less does so by rounding."""
 CUT_TURNS = 0.3
@@ -487,7 +487,7 @@ integrated ones are known to about 1e-8.
 GAP_FLAT = 1e-12
 """Of the scene's size: a depth that changes by no more around its greatest value is known."""
 ROUGH_FLAT = 1e-4
-"""Of a depth of outlines that are not convex, which is told to four digits: the same."""
+"""Of a depth of outlines that are not convex, which is reported to four digits: the same."""
 INSTANT_ROUNDS = 1e-14
 """Of the time: two instants between which there is hardly another float."""
 EDGES_CROSS = 1e-3
@@ -533,7 +533,7 @@ is found to rounding is some 1e-8 of the mean; one that is not 0 and so small is
 PLACE_FOUND = 1e-15
 """Of the range of an outline's parameter: a place that moves by no more is found; that is a float's last digit."""
 
-# --- analysis: what is free, what is wrong, what is told ------------------------------------------
+# --- analysis: what is free, what is wrong, what is reported ------------------------------------------
 
 AS_DRAWN = 1e-6
 """Of the scene's size: a drawing this near to a solution counts as drawn in it."""
@@ -556,7 +556,7 @@ alone, the valley would be too narrow).
 EQUALLY_CHEAP = 1e-6
 """Of the least cost: fits that cost no more than that are the same; the first one is taken."""
 UNCERTAIN_STATE = 1e-9
-"""Of its largest value: an error of an integrated state that is told."""
+"""Of its largest value: an error of an integrated state that is reported."""
 ONE_SOLUTION = 1e-5
 """Of the scene's size (or a direction of length 1): solutions this near to each other are one solution found several
 times.
@@ -610,7 +610,7 @@ MOVE_ALIKE = 1e-6
 SEEN_MOVING = 1e-7
 """Of the fastest: velocities seen by differences of poses are known to 1e-9 or so; smaller ones than this are none."""
 NO_VELOCITY = 1e-9
-"""Of the scene's size: where nothing moves more than that, there is no velocity to be told."""
+"""Of the scene's size: where nothing moves more than that, there is no velocity to be determined."""
 STEP_OF_DIFFERENCE = 1e-6
 """Of a path's length (or of the scene's size): how far apart the poses are whose difference shows a velocity."""
 SHORTEST_PULL = 1e-6
@@ -765,7 +765,7 @@ MARGIN_BESIDE_FOLD, SLACK_BESIDE_FOLD = 1e-3, 1e-4
 """What the margins of other blocks, and inequalities (of the scene's size), keep on the last part of the way to a
 fold."""
 SINGULAR_AT_FOLD = 1e-12
-"""A determinant (rows and unknowns of size one) of a path's tangent that cannot be told."""
+"""A determinant (rows and unknowns of size one) of a path's tangent that cannot be determined."""
 NEARLY_ONE_CIRCLE = 1e-3
 """Of its largest value: a squared distance of a dyad's two centres, below which they may meet between instants."""
 HOLDS_WITHIN = 1e-9
@@ -997,7 +997,7 @@ NARROWEST_TUBE = 2.0**-26
 """Of a stretch of the film: where a tube would have to be shorter, it cannot be continued."""
 
 MARGIN_KNOWN = 1e-3
-"""Of a bound's margin: how sharply it is told."""
+"""Of a bound's margin: how sharply it is reported."""
 
 NEAREST_BOUND = 1e-12
 """Of the scene's size: how near to a bound that must not be reached its largest value is looked for."""
@@ -1058,7 +1058,7 @@ PUSH_LOOK = 1e-6
 PUSH_ASIDE = 1e-3
 """Of the time in which something comes to open: a guess nearer to its ends is none."""
 PUSH_BEGUN = 1e-9
-"""Of a step: when something has begun to open is told by how it grows, if one look more says the same but for this."""
+"""Of a step: when something has begun to open is shown by how it grows, if one look more says the same but for this."""
 PUSH_AT_ONCE = 1e-12
 """Of a path: phases that are shorter lead nowhere."""
 CONTACT_FLICKERS = 1e-6
@@ -1071,3 +1071,5 @@ PIECE_STRAIGHT, PIECE_ROUND = 1e-10, 1e-9
 """Of a piece's size: how far it may be from a line, and from an arc."""
 PIECE_TURNS = 1e-12
 """Radians, and of the largest curvature: what turns less does not turn."""
+CORD_ENDS = 1e-9
+"""Of the scene's size: a cord's length that grows by less (for a way of that size), or a shorter way, is its end."""

@@ -12,7 +12,6 @@ from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.appearance import odd_looks
 from movimentum.analysis.diagnose.claims import claim_diagnostics
-from movimentum.analysis.diagnose.differential import uncertain
 from movimentum.analysis.diagnose.film_loops import film_loops
 from movimentum.analysis.diagnose.forgotten import forgotten
 from movimentum.analysis.diagnose.jumps import jumps
@@ -85,7 +84,7 @@ def examine(
     """Diagnose a motion. Evaluates every frame once, to be sure that what the paths promise holds, and what the script
     claims; without ``every_frame`` these two are left out. ``drawn`` says what is wrong with the drawing.
     """
-    with np.errstate(all="ignore"):  # what overflows is told as what it makes impossible
+    with np.errstate(all="ignore"):  # what overflows is reported as what it makes impossible
         found = _examined(motion, every_frame, advice, drawn)
     source = motion.timeline.scene.source
     return replace(found, diagnostics=tuple(real(item, source) for item in found.diagnostics))
@@ -199,6 +198,8 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
             usual = LARGE_FREE_MOTION_STEP if isinstance(block, Free) and block.sparse is not None else FREE_MOTION_STEP
             if isinstance(track, FlowTrack):
+                from movimentum.analysis.diagnose.differential import uncertain
+
                 yield from uncertain(segment_motion, block, track)
                 track = track.core
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:

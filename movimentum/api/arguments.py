@@ -168,7 +168,7 @@ def _parameters(function: Callable[..., Any]) -> tuple[list[str], set[str], dict
 
 
 def _is_of(value: object, hint: Any) -> bool:
-    """Whether ``value`` is of the kind ``hint``. A choice of words takes any text: the words are told elsewhere."""
+    """Whether ``value`` is of the kind ``hint``. A choice of words takes any text: the words are reported elsewhere."""
     origin = get_origin(hint)
     if origin in (Union, types.UnionType):
         return any(_is_of(value, each) for each in get_args(hint))

@@ -50,7 +50,7 @@ def rates_of(
     except UndefinedRate as error:
         scene = motion.timeline.scene
         what = "it" if error.thing is None else f"`{scene.things[error.thing].name}`"
-        message = f"`{query.text}` has no acceleration: {what} follows a wish, which has a velocity and no more"
+        message = f"`{query.text}` has no acceleration: {what} follows a wish, which has a velocity only"
         raise usage_error("usage/no-acceleration", message, "an equation in place of the wish has one") from error
     table[~solved] = np.nan
     return _narrowed(table.copy())

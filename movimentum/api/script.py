@@ -206,7 +206,7 @@ class Script(UnderstoodScript):
         ``".max(Rod.B.x) - .min(Rod.B.x)"`` (see docs/how-to/sweep.md). ``vary``: the same as ``constants``, for
         constants that are called like an argument. ``client``: a `distributed.Client` whose workers solve.
 
-        A variant that does not move is a row, and no error. Raises `UsageError` for a constant that there is not, and
+        A variant that does not move is a row, and no error. Raises `UsageError` for an unknown constant, and
         for a measure that makes no sense.
 
         >>> import movimentum as mv
@@ -306,7 +306,7 @@ class Script(UnderstoodScript):
         """A figure in which these constants are sliders and the drive is a handle: in a notebook, or as a page.
 
         Every slider moves in the constant's `.range`, or else from half of its value to one and a half times as much.
-        Raises `UsageError` for a constant that there is not, and `ScriptError` (``live/cannot``) where the script moves
+        Raises `UsageError` for an unknown constant, and `ScriptError` (``live/cannot``) where the script moves
         by what has no formula, or what is drawn does not follow.
 
         >>> import movimentum as mv

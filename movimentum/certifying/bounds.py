@@ -33,10 +33,10 @@ MOST, MOST_OF_ONE = 10_000, 20
 """Intervals that are looked at for one bound in one piece: so many, and so many more for each tube."""
 
 
-OF_TWO = "where two outlines are nearest to each other is found in floats only, and not enclosed"
+OF_TWO = "the nearest places of two outlines are found in floats only, and not enclosed"
 
-OTHER_TIMES = "it is about other times of the film, too"
-TWO_AS_NEAR = ", where two places of an outline may be as near"
+OTHER_TIMES = "it also depends on other times of the film"
+TWO_AS_NEAR = ", where two places of an outline may be equally near"
 
 
 class BoundVerdict(StrEnum):

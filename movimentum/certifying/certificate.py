@@ -188,7 +188,7 @@ class _Film:
         limit = FRAME_CERTIFIED * self.motion.size
         for which, words in (
             (unknown <= limit, "frame {} is up to {} px from the exact solution, more than any other"),
-            (unknown > limit, "of frame {} no more is proved than that the exact solution is within {} px"),
+            (unknown > limit, "for frame {}, only a distance of {} px from the exact solution is proved"),
         ):
             some = np.where(which, off, 0.0)
             if some.any():
@@ -217,7 +217,7 @@ class _Film:
                 span = next((step.span for step in steps if float(step.time) == time), None)
                 self.jumps.append(MotionJump(time, least, span))
             elif not most <= limit:
-                self.breaks.append(Break(time, time, "that the motion goes on from where it was is not proved"))
+                self.breaks.append(Break(time, time, "it is not proved that the motion continues from where it was"))
         last = {place: (exact[-1], radius[-1]) for place, (exact, radius) in spots.items()} if found.linked[-1] else {}
         self._left = {**self._left, **last}
 
@@ -233,7 +233,7 @@ class _Film:
             yield Break(
                 time,
                 time,
-                "that this statement's inequality (a side, or a length that is not 0) holds is not proved",
+                "it is not proved that this statement's inequality (a side, or a length that is not 0) holds",
                 span,
             )
 
@@ -241,7 +241,7 @@ class _Film:
         plan = found.encloser.plan
         begin, end = self._times(start, ending.begin, ending.end)
         if ending.block < 0:
-            return Break(begin, end, "what is enclosed there and beside it is not proved to be one motion")
+            return Break(begin, end, "the enclosures there and beside it are not proved to be one motion")
         block = plan.blocks[ending.block]
         names = _names(found.encloser, block)
         span = _span(found.encloser, block)
@@ -320,7 +320,7 @@ def _no_certificate(encloser: Encloser, block: Block) -> str | None:
         case Free() if block.wishes is not None:
             return f"a wish draws {names}: it is as near as can be, and solves no equation"
         case Free() if encloser.rows(block) is None:
-            return f"it is not shown that equations determine {names}: it may move freely, with no one exact motion"
+            return f"it is not shown that equations determine {names}: it may move freely, without one exact motion"
         case Ode():
             return f"a differential equation moves {names}"
         case Velocity():

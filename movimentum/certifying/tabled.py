@@ -47,6 +47,8 @@ def is_continuous(table: Table) -> bool:
     meets = table.slopes is None or table.ends is not Ends.PERIODIC or table.slopes[0] == table.slopes[-1]
     if not table.smooth or table.ends is Ends.HELD or not meets:
         return table.order == 0
+    if table.ends is Ends.STRAIGHT:
+        return table.order <= 1
     return table.order <= (2 if table.slopes is None else 1)
 
 

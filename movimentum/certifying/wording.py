@@ -38,7 +38,7 @@ def certificate_diagnostics(found: Certificate) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="certify/jump",
             severity=Severity.WARNING,
-            message=f"the film is no unbroken motion: it jumps by {number(jump.distance, 4)} px at t = "
+            message=f"the film is not one unbroken motion: it jumps by {number(jump.distance, 4)} px at t = "
             f"{time_text(jump.time)}",
             span=jump.span,
             notes=("before and after it is certified",),
@@ -52,7 +52,7 @@ def _break(one: Break) -> Diagnostic:
         severity=Severity.WARNING,
         message=f"the certificate breaks off at t = {_moment(one)}: {one.why}",
         span=one.span,
-        notes=("what comes before and after is certified for itself: that the motion goes on there as shown is not",)
+        notes=("what comes before and after is certified separately, but not that the motion continues there as shown",)
         if one.change
         else (),
     )
@@ -76,7 +76,7 @@ def _broken(bound: Bound) -> Diagnostic:
         message=f"between frames `{left}` is {word} `{right}`: by {number(-bound.margin, 3)}, at t = "
         f"{time_text(bound.time)}",
         span=claim.span,
-        notes=("it holds in every frame; that it is broken between two of them is proved",),
+        notes=("it holds in every frame, but is proved to be broken between two of them",),
     ).advised("change the bound, or let the claim end earlier")
 
 
@@ -85,7 +85,7 @@ def _undecided(bound: Bound) -> Diagnostic:
     return Diagnostic(
         code="certify/undecided-claim",
         severity=Severity.WARNING,
-        message=f"that `{left}` keeps to `{right}` between frames is not proved: {bound.why}",
+        message=f"it is not proved that `{left}` keeps to `{right}` between frames: {bound.why}",
         span=bound.held.claim.span,
         notes=(f"its margin is narrowest at about t = {time_text(bound.time)}",),
     )

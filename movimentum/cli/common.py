@@ -306,7 +306,7 @@ def output_file(script: str, output: str | None, suffix: str) -> Path:
     except MovimentumError:
         from movimentum.workflow.read import read
 
-        read(script)  # what is no script is told as that
+        read(script)  # what is no script is reported as that
         raise
     return target
 

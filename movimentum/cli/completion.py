@@ -66,7 +66,7 @@ Examples:
 @SPEECH
 @click.pass_context
 def completion(context: click.Context, *, shell: str) -> int:
-    """Print what makes SHELL complete commands, options and names: bash, zsh, fish or powershell."""
+    """Print the completion script for SHELL: bash, zsh, fish or powershell."""
     kind = get_completion_class(shell)
     assert kind is not None, shell
     assert isinstance(context.obj, Console)

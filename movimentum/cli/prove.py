@@ -67,8 +67,8 @@ Exit codes:
 def prove(console: Console, *, choices: Choices, script: str, seconds: float, all_lengths: bool, form: str) -> int:
     """Prove the claims of SCRIPT: that they hold in every position, not only in the film.
 
-    One line for each claim: its verdict, its place, and the claim. What a proof needs, why there is none, and a pose
-    that breaks a claim are told on stderr, and in JSON.
+    One line for each claim: its verdict, its place, and the claim. What a proof needs, why there is none, or a pose
+    that breaks a claim goes to stderr and into the JSON.
     """
     from movimentum.workflow.prove import proofs
     from movimentum.workflow.read import read

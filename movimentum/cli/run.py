@@ -76,7 +76,7 @@ Examples:
     "--for",
     "place",
     type=click.Choice(list(PLACES)),
-    help="Choose format, size, rate and length as this place takes them, and say why. Other options are kept.",
+    help="Choose a format, size, rate and length that this place accepts, and say why. Other options still count.",
 )
 @click.option(
     "--scale",
@@ -132,8 +132,8 @@ Examples:
 @click.option(
     "--text",
     type=click.Choice(["outlines", "live"]),
-    help="How an SVG or a PDF has its texts: as outlines, which look the same everywhere, or as texts. Those of an SVG"
-    " are in the fonts of the document around it [default: outlines; in a PDF, live].",
+    help="How texts are written in an SVG or a PDF: as outlines, which look the same everywhere, or as text. Text in an"
+    " SVG takes the fonts of the document around it [default: outlines; in a PDF, live].",
 )
 @STRICT
 @ON_FAILURE

@@ -310,7 +310,7 @@ def shown_rows(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def rescaled(rows: FloatArray, low: Point, high: Point, sides: Point) -> FloatArray:
-    """Rows whose first two numbers are pixels, so that it can be told how exact a curve must be."""
+    """Rows whose first two numbers are pixels, so that it can be determined how exact a curve must be."""
     scale = [side / max(b - a, LEAST_DIVISOR) for a, b, side in zip(low, high, sides, strict=True)]
     return np.concatenate([(rows[:, :2] - np.array(low)) * np.array(scale), rows[:, 2:]], axis=1)
 

@@ -9,6 +9,8 @@ refine them by what is left over of the equations in their own arithmetic.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from fractions import Fraction
@@ -20,6 +22,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions.expr import ZERO, Expr, add, const, div, mul, sub
 from movimentum.expressions.operations import call
+from movimentum.expressions.splines import banded, horner, quintics, slope_at
 from movimentum.records import dataclass
 from movimentum.tolerances import TABLE_END
 
@@ -33,6 +36,7 @@ class Ends(StrEnum):
     NOTHING = ""
     HELD = "held"
     PERIODIC = "periodic"
+    STRAIGHT = "straight"  # on along the tangents of both ends
 
 
 class Numbers(Protocol):
@@ -148,12 +152,37 @@ class Table:
 
     def at(self, u: Any) -> Any:
         """The values at ``u``, floats of any shape; nan where there is none."""
+        if type(u) is float:
+            return self._at_one(u)
         pieces = self.pieces
         u = np.asarray(u, dtype=np.float64)
         if pieces.period is not None:
             u = u - pieces.period[0] * np.floor((u - pieces.first[0]) / pieces.period[0])
         place = piece_at(pieces, u, self.side)
-        return _horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
+        return horner([c[place] for c in pieces.coefficients], u - pieces.base[place])
+
+    def _at_one(self, u: float) -> float:
+        """The same of one float, without an array: following a path asks for one after the other."""
+        if not math.isfinite(u):
+            return math.nan
+        breaks, base, coefficients, first, period = self._in_lists
+        if period:
+            u = u - period * math.floor((u - first) / period)
+        place = bisect_right(breaks, u) if self.side > 0 else bisect_left(breaks, u)
+        t = u - base[place]
+        highest, *others = coefficients[place]
+        total = highest if others else highest + 0.0 * t
+        for c in others:
+            total = total * t + c
+        return total
+
+    @cached_property
+    def _in_lists(self) -> tuple[list[float], list[float], list[list[float]], float, float]:
+        """The pieces' breaks and bases, of each the coefficients from the highest to the lowest; first and period."""
+        pieces = self.pieces
+        coefficients: list[list[float]] = np.stack(pieces.coefficients[::-1], axis=1).tolist()
+        ends = (0.0, 0.0) if pieces.period is None else (float(pieces.first[0]), float(pieces.period[0]))
+        return pieces.breaks.tolist(), pieces.base.tolist(), coefficients, *ends
 
     def in_numbers(self, numbers: Numbers) -> Pieces:
         """The pieces for the decimal numbers that the file has, in another arithmetic."""
@@ -191,13 +220,14 @@ class Table:
         chord = (y[1:] - y[:-1]) / h
         coefficients: list[Any]
         if bends is not None:
-            coefficients = _quintics(h, y, slopes(), bends)
+            coefficients = quintics(h, y, slopes(), bends)
         elif self.smooth:
             m = slopes()
             bend = (m[:-1] + m[1:] - (chord + chord)) / h
             coefficients = [y[:-1], m[:-1], (chord - m[:-1]) / h - bend, bend / h]
         else:
             coefficients = [y[:-1], chord]
+        slopes_at_ends = coefficients[1][:1], slope_at(coefficients, h)
         for _ in range(self.order):
             raised: list[Any] = []
             for k, c in enumerate(coefficients[1:], 1):
@@ -208,16 +238,18 @@ class Table:
             coefficients = raised
         if self.ends is Ends.PERIODIC:
             return Pieces(x[1:-1], x[:-1], tuple(coefficients), x[:1], x[-1:] - x[:1])
-        if self.ends is Ends.HELD:
-            ends = (y[:1], y[-1:]) if self.order == 0 else (zero, zero)
-            low, high = x[:1], x[-1:]
-        else:
-            ends = (undefined, undefined)
-            low, high = x[:1] - margin, x[-1:] + margin
+        low, high = x[:1], x[-1:]
+        beyond = [(zero, zero)] * len(coefficients)
+        if self.ends is Ends.NOTHING:
+            low, high = low - margin, high + margin
+            beyond[0] = undefined, undefined
+        elif self.order == 0:
+            beyond[0] = y[:1], y[-1:]
+        if self.ends is Ends.STRAIGHT and self.order <= 1:
+            beyond[1 - self.order] = slopes_at_ends
         breaks = _joined(low, x[1:-1], high)
         base = _joined(x[:1], x[:-1], x[-1:])
-        first, *rest = coefficients
-        padded = [_joined(ends[0], first, ends[1]), *(_joined(zero, c, zero) for c in rest)]
+        padded = [_joined(before, c, after) for c, (before, after) in zip(coefficients, beyond, strict=True)]
         return Pieces(breaks, base, tuple(padded))
 
     def _float_slopes(self) -> FloatArray:
@@ -292,7 +324,7 @@ class Table:
         else:
             bands[1, 0], bands[0, 1] = h[1], h[0] + h[1]
             bands[1, -1], bands[2, -2] = h[-2], h[-2] + h[-1]
-        return _banded(bands, np.concatenate(lacking))
+        return banded(bands, np.concatenate(lacking))
 
     @staticmethod
     def _solved_round(h: FloatArray, right: FloatArray) -> FloatArray:
@@ -315,19 +347,10 @@ class Table:
         bands[1, -1] -= upper[-1] * lower[0] / corner
         sides = np.zeros((count, 2))
         sides[:, 0], sides[0, 1], sides[-1, 1] = right, corner, upper[-1]
-        plain, turned = _banded(bands, sides).T
+        plain, turned = banded(bands, sides).T
         share = (plain[0] + lower[0] * plain[-1] / corner) / (1.0 + turned[0] + lower[0] * turned[-1] / corner)
         found = plain - share * turned
         return np.append(found, found[0])
-
-
-def _banded(bands: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of a tridiagonal system, for one right side (N,) or several (N, K)."""
-    from scipy import linalg
-
-    solve: Any = linalg.solve_banded  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    found: FloatArray = solve((1, 1), bands, right)
-    return found
 
 
 ROWS = 2000
@@ -350,26 +373,6 @@ def _again(
     return Table(x, y, smooth=smooth, ends=ends, spelled=spelled, order=order, side=side, digest=digest, **known)
 
 
-def _quintics(h: Any, y: Any, m: Any, q: Any) -> list[Any]:
-    """The coefficients for values, slopes and halves of second derivatives at both ends of rows ``h`` wide."""
-
-    def times(count: int, c: Any) -> Any:
-        total = c
-        for _ in range(count - 1):
-            total = total + c
-        return total
-
-    square = h * h
-    value = y[1:] - y[:-1] - m[:-1] * h - q[:-1] * square
-    slope = (m[1:] - m[:-1] - times(2, q[:-1] * h)) * h
-    bend = (q[1:] - q[:-1]) * square
-    third = times(10, value) - times(4, slope) + bend
-    fourth = times(7, slope) - times(15, value) - times(2, bend)
-    fifth = times(6, value) - times(3, slope) + bend
-    cube = square * h
-    return [y[:-1], m[:-1], q[:-1], third / cube, fourth / (cube * h), fifth / (cube * square)]
-
-
 def _joined(*parts: Any) -> Any:
     """Arrays of an arithmetic's numbers, one after the other."""
     first: Any = parts[0]
@@ -380,10 +383,3 @@ def piece_at(pieces: Pieces, u: Any, side: int) -> Any:
     """Which piece of floats each of ``u`` is in; at a break the one on the right, or on the left if ``side`` is -1."""
     breaks: Any = pieces.breaks
     return breaks.searchsorted(u, "right" if side > 0 else "left")
-
-
-def _horner(coefficients: Sequence[Any], t: Any) -> Any:
-    total = coefficients[-1]
-    for c in reversed(coefficients[:-1]):
-        total = total * t + c
-    return total if len(coefficients) > 1 else total + 0.0 * t

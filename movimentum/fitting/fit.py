@@ -189,7 +189,7 @@ def _worth_it(found: TogetherEvaluator) -> TogetherEvaluator:
 def _traced(
     variants: Variants, job: FitJob, values: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]
 ) -> Timeline:
-    """The timeline in which what depends on the constants can be told. Raises `UsageError` where some constant decides
+    """The timeline that knows what depends on the constants. Raises `UsageError` where some constant decides
     how many things there are, or when steps begin.
     """
     own = dict(zip(job.names, job.own.tolist(), strict=True))

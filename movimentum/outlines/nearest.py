@@ -34,7 +34,7 @@ class Nearest:
 
     Arguments are (x, y) of the point in the frame of ``first``; or of the origin of ``second`` there, and cosine and
     sine of how far it is turned. ``counts``: the rounds of a closed outline count where the place is followed, and
-    everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn. ``share``: it is told by its
+    everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn. ``share``: it is given by its
     share of the outline's length.
     """
 

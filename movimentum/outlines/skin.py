@@ -21,7 +21,7 @@ from movimentum.records import dataclass, replace
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES, PIECE_ROUND, PIECE_STRAIGHT, PIECE_TURNS
 
 SAMPLES = 17
-"""By which a piece of an outline is told to be straight, an arc, or neither."""
+"""By which a piece of an outline counts as straight, an arc, or neither."""
 FARTHEST_TURN = math.radians(40.0)
 """That a bend makes at most."""
 CAP = math.radians(90.0)

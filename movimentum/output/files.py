@@ -228,7 +228,7 @@ def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
 
 @contextmanager
 def explained(path: Path, part: Path) -> Generator[None, None, None]:
-    """An error in writing ``part``, or a full disk, is told as one of ``path``."""
+    """An error in writing ``part``, or a full disk, is reported as one of ``path``."""
     try:
         yield
     except BrokenPipeError:

@@ -62,7 +62,7 @@ def introduced(scene: Scene, segment: Segment, frames: Container[int]) -> tuple[
 
 
 def _is_posed(payload: Hashable, scene: Scene, frames: Container[int]) -> bool:
-    """Whether it is told by a pose of which all parts are numbered before all constraints."""
+    """Whether it is given by a pose of which all parts are numbered before all constraints."""
     if not isinstance(payload, AnchorCoordinate) or payload.thing not in frames:
         return False
     return can_be_seen_turning(scene.things[payload.thing])

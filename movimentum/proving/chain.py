@@ -152,7 +152,7 @@ class Chain:
         return self.size - self.tower.used >= SPARE
 
     def covers(self, wanted: Sequence[Expr]) -> bool:
-        """Whether other expressions can be told by this chain; what they need is added."""
+        """Whether other expressions can be written in this chain; what they need is added."""
         try:
             if not self.blocks >= {block.number for block in self.needed(wanted)}:
                 return False

@@ -240,7 +240,7 @@ def _no_unknown(number: int) -> Quotient:
 
 
 def _equal(claim: Claim, apart: Sequence[Ball | None]) -> bool | None:
-    """Whether sides that are ``apart`` by this are what is claimed; None where it cannot be told."""
+    """Whether sides that are ``apart`` by this are what is claimed; None where it cannot be determined."""
     if not claim.tolerance:
         if all(each is None for each in apart):
             return True

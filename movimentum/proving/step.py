@@ -39,7 +39,7 @@ CHOICES = 6
 POSITIONS = 24
 """How many other positions are looked at,"""
 ENOUGH = 4
-"""and after how many that break the claim the worst of them is told."""
+"""and after how many that break the claim the worst of them is reported."""
 
 Ways = Sequence[SidesApart]
 

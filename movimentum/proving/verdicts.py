@@ -1,4 +1,4 @@
-"""What is told of a claim."""
+"""Verdicts about claims."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def marks_of(
         try:
             found[thing] = _within(_loaded(drawn[thing], 1.0), drawing)
         except ScriptError:
-            continue  # it is told where it is drawn
+            continue  # it is reported where it is drawn
     return found
 
 

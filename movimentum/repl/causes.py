@@ -65,7 +65,7 @@ def bisect(session: Session, argument: str) -> Answer:
     plain(argument, "bisect")
     from movimentum.workflow import causes
 
-    _ = session.work.motion  # errors of spelling are told by `check`
+    _ = session.work.motion  # errors of spelling are reported by `check`
     found = causes.bisect(session, PATIENCE_S)
     if found.size == 0:
         return session, AnswerWithData("the film has no error: there is nothing to mend", found)

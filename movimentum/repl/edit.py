@@ -23,8 +23,8 @@ COMMANDS = CommandTable()
 
 
 def told(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> Answer:
-    """Diagnostics as text; their fixes are numbered for `apply`. ``brief``: in a terminal, what has been told is not
-    told again.
+    """Diagnostics as text; their fixes are numbered for `apply`. ``brief``: in a terminal, what has been shown is not
+    shown again.
     """
     suggestions: list[str | Fix] = []
     numbered = [_numbered(item, suggestions) for item in diagnostics]
@@ -36,7 +36,7 @@ def told(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = F
 
 
 def briefly(session: Session, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """The diagnostics, in a terminal those in short that have been told before: their code, and what can be applied."""
+    """The diagnostics; in a terminal, those shown before in short: their code, and what can be applied."""
     shown: list[Diagnostic] = []
     for item in diagnostics:
         if session.ask is not None and (item.code, item.message) in session.heard:
@@ -73,7 +73,14 @@ def check(session: Session, argument: str) -> Answer:
 def conflicts(session: Session, argument: str) -> Answer:
     """what contradicts, has no solution, or is stated twice"""
     plain(argument, "conflicts")
-    codes = ("constraint/conflict", "solve/unreachable", "solve/not-converged", "constraint/redundant", "claim/broken")
+    codes = (
+        "constraint/conflict",
+        "constraint/redundant",
+        "cord/length",
+        "solve/unreachable",
+        "solve/not-converged",
+        "claim/broken",
+    )
     found = [d for d in session.advice if d.code in codes or d.severity is Severity.ERROR]
     return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 

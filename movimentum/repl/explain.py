@@ -31,7 +31,7 @@ PROOF_S = 10.0
 PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 LONG = 40
-"""Operations of a formula that is told in short named steps."""
+"""Operations of a formula that is shown in short named steps."""
 MOST_STEPS = 80
 
 

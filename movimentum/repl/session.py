@@ -60,7 +60,7 @@ class Session(Inspector):
     reading: tuple[str, ...] = ()
     """The files of commands that are being read, each inside the one before."""
     heard: frozenset[tuple[str, str]] = frozenset()
-    """Codes and texts of the script's messages that have been told."""
+    """Codes and texts of the script's messages that have been reported."""
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""
     ask: Callable[[str], str | None] | None = None

@@ -237,7 +237,7 @@ def _between(one: _Side, other: _Side) -> Expr:
 
 
 def _of_curve(function: str, thing: Thing, points: Sequence[Value | None]) -> Value:
-    """A value of a curve at a place, which is told as `.where` does."""
+    """A value of a curve at a place, which is measured as by `.where`."""
     curve = _Side.of(thing)
     assert curve.contour is not None
     assert curve.turn is not None
@@ -312,7 +312,7 @@ class _Side:
     @staticmethod
     def pieces(thing: Thing, *, round_too: bool = False) -> list[list[_Side]]:
         """Of each piece of a thing the outline, and those of its holes; the first anchor of a thing without one, which
-        is told as a fault. ``round_too``: a circle is a contour too, which counts how it is turned.
+        is reported as a fault. ``round_too``: a circle is a contour too, which counts how it is turned.
         """
         t, angle = thing.number, symbol(ThingAngle(thing.number))
         place = symbol(AnchorCoordinate(t, 0, 0)), symbol(AnchorCoordinate(t, 0, 1))

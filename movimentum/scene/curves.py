@@ -97,7 +97,7 @@ class CurveReader:
         option = said[0]
         key = {"through": "places", "points": "table"}.get(option.name, option.name)
         if key not in read:
-            return None  # which has been told
+            return None  # which has been reported
         if option.name in ("polar", "param"):
             return self._traced(option, read)
         if "range" in read:
@@ -248,7 +248,7 @@ class CurveReader:
             self._findings.error("curve/points", message, option.span, helps=helps)
             return None
         along = np.concatenate([[0.0], np.cumsum(steps)])
-        ends = Ends.PERIODIC if closed else Ends.HELD
+        ends = Ends.PERIODIC if closed else Ends.STRAIGHT
         x, y = (call("table", PLACE, payload=Table(along, np.ascontiguousarray(round_[:, k]), smooth=True, ends=ends))
                 for k in (0, 1))  # fmt: skip
         return self._checked(smooth((x, y), 0.0, float(along[-1]), closed=closed), option)

@@ -81,7 +81,7 @@ def carved(
     while waiting and carve is not None:
         ready = [job for job in waiting.values() if job.tool not in waiting and job.frame not in waiting]
         if not ready:
-            break  # which is told where they are made things
+            break  # which is reported where they are made things
         rest, needed = without(expanded, set(waiting))
         ready = [replace(job, needed=bool(needed & {job.tool, job.frame})) for job in ready]
         own = Findings(findings.source)

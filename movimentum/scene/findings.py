@@ -19,7 +19,7 @@ class Findings:
         self.errors = 0
         """How many errors there are so far."""
         self.broken: set[str] = set()
-        """Things that there are not because their definitions have errors, which have been told."""
+        """Things that there are not because their definitions have errors, which have been reported."""
         self.constants: tuple[str, ...] = ()
         """The script's constants, for "did you mean"."""
         self.things: frozenset[str] = frozenset()

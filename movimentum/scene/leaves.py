@@ -38,7 +38,7 @@ class ContactPair:
 @dataclass(frozen=True, slots=True)
 class ContactPlace:
     """A place of contact that is followed: that of ``touch`` for the ``pose`` (in symbols of the scene). ``along``: it
-    is told by how many pixels it is along its outline.
+    is given by how many pixels it is along its outline.
     """
 
     touch: Nearest

@@ -223,7 +223,7 @@ def _note_fixed(option: Option, findings: Findings) -> None:
     message = "`.fixed` only draws supports: it does not hold the thing"
     note = Diagnostic("option/fixed", Severity.NOTE, message, option.name_span)
     help_ = replacement("write `.supports` for the same look", option.name_span, ".supports")
-    findings.add(note.advised(help_, "a thing is held by statements about its place and its angle"))
+    findings.add(note.advised(help_, "a thing is fixed by statements about its place and its angle"))
 
 
 def _fitting(option: Option, kind: ThingKind, findings: Findings) -> OptionRule | None:

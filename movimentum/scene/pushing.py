@@ -89,13 +89,13 @@ def _weakness(statement: Statement, findings: Findings) -> int:
         return 1
     (argument,) = option.arguments
     assert not isinstance(argument, Text)
-    value = exact(argument, "how weak a wish is", findings)
+    value = exact(argument, "the rank of a weak wish", findings)
     if value is None:
         return 0
     if value < 1 or value.denominator != 1:
         findings.error(
             "kind/mismatch",
-            "how weak a wish is, is told by a whole number from 1 on",
+            "the rank of a weak wish is a whole number from 1 on",
             argument.span,
             helps=("`.weak` is `.weak(1)`, and `.weak(2)` is below it",),
         )

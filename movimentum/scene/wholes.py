@@ -77,7 +77,7 @@ def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findin
         findings.error("kind/mismatch", f"`{name}` is {thing.called}, which does not move by itself", node.span)
         return None
     elif not table.things[number].anchors:
-        message = f"`{name}` has no anchor by which its motion could be told"
+        message = f"`{name}` has no anchor that shows its motion"
         findings.error("kind/anchors", message, node.span, helps=("give it an anchor",))
         return None
     return number

@@ -47,23 +47,24 @@ def snapshot(plan: Plan, state: State, base: Snapshot, index: int) -> Snapshot:
         values = np.asarray(value)
         return float(values.item(index if values.size > 1 else 0))
 
+    values = [None if value is None else pick(value) for value in state]
     things = list(base.things)
-    for t, p in placements(plan, state, base):
-        things[t] = BodyPose(pick(p.x), pick(p.y), pick(p.c), pick(p.s), pick(p.angle))
+    for t, pose in placements(plan, values, base):
+        things[t] = pose.each(float)
     others = dict(base.others)
     known = set(base.known)
     solved, frames = dict(base.solved), dict(base.frames)
     for unknown in plan.system.unknowns:
-        value = state[unknown.number]
+        value = values[unknown.number]
         if isinstance(unknown.payload, PosePart | ThingAngle):
             known.add(unknown.payload.thing)
             if isinstance(unknown.payload, PosePart):
                 solved.pop(unknown.payload, None)
                 frames[unknown.payload.thing] = plan.system.frame(unknown.payload.thing)
                 if value is not None:
-                    solved[unknown.payload] = pick(value)
+                    solved[unknown.payload] = value
         elif not isinstance(unknown.payload, Rate) and value is not None:
-            others[unknown.payload] = pick(value)
+            others[unknown.payload] = value
     return Snapshot(tuple(things), others, frozenset(known), solved, frames)
 
 

@@ -130,11 +130,14 @@ class PathMotion:
             segment_motion.plan.clocks, segment_motion.segment.start, start, step, np.arange(low, high, dtype=np.int64)
         )
 
-    def poses_at(self, times: Sequence[Fraction]) -> Poses:
-        """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them."""
+    def poses_at(self, times: Sequence[Fraction], *, angles: bool = True) -> Poses:
+        """The poses at any times (ascending), clipped to the timeline; ``frames`` then just counts them. ``angles``:
+        see `poses`.
+        """
         timeline = self.timeline
         clipped = [min(max(time, timeline.start), timeline.end) for time in times]
-        assembly = self._assembly(np.arange(len(clipped)), np.array([float(time) for time in clipped]))
+        moments = np.array([float(time) for time in clipped])
+        assembly = self._assembly(np.arange(len(clipped)), moments, angles=angles)
         place = 0
         while place < len(clipped):
             number = timeline.segment_at(clipped[place])

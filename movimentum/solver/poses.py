@@ -71,7 +71,7 @@ class Poses:
 
     @property
     def spelled(self) -> SpelledPoses | None:
-        """The same with all digits, where numbers are to be told with more than a float has; else None."""
+        """The same with all digits, where numbers are written with more than a float has; else None."""
         return None
 
     @cached_property

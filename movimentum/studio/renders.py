@@ -30,7 +30,7 @@ from movimentum.workflow.read import mentioned_files
 FORMATS = tuple(suffix for suffix in write.FORMATS if suffix != ".jpeg")
 """What a film or a still can be written as."""
 OFTEN_S = 0.1
-"""How often progress is told."""
+"""How often progress is reported."""
 
 Work = Callable[[Path, Progress], str]
 """Writes a file, and says how it was."""

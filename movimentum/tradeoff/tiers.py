@@ -209,7 +209,7 @@ def _as_digits(motion: RefinedMotion) -> Known:
 
 
 def _as_rounded(motion: RefinedMotion) -> Known:
-    """As it is told: rounded to floats."""
+    """As it is reported: rounded to floats."""
     rounded = motion.arithmetic.rounded
 
     def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:

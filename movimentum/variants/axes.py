@@ -143,7 +143,7 @@ def grid_of(given: Mapping[str, object]) -> VariantGrid:
 
 
 def check_constants(grid: VariantGrid, constants: Sequence[NamedConstant]) -> None:
-    """Raise `UsageError` for a constant that there is not, or that is no number."""
+    """Raise `UsageError` for a constant that is unknown or not a number."""
     known = {constant.name: constant for constant in constants}
     for name in grid.names:
         _check_constant(name, known)

@@ -24,7 +24,7 @@ COLLECTED = 500
 BLOCKS, SMALLEST, LARGEST = 16, 128, 1024
 """Blocks that a sweep has at least, and variants in a block, at least and at most."""
 EACH_ALONE = 32
-"""Variants after which the table is told of them, where each is solved by itself."""
+"""Variants after which rows go to the table, where each is solved by itself."""
 
 
 @dataclass(eq=False)

@@ -65,7 +65,7 @@ class Variants:
         return replace(self.choices, settings=(*others, *own))
 
     def traced_choices(self, values: Mapping[str, float]) -> Choices:
-        """The same, where what depends on the varied constants can be told."""
+        """The same, in a form that knows what depends on the varied constants."""
         others = ((name, text) for name, text in self.choices.settings if name not in values)
         return replace(self.choices, settings=(*others, *settings_of(tuple(values), tuple(values.values()))))
 

@@ -169,7 +169,7 @@ def bisect(inspector: Inspector, seconds: float) -> Mending:
 
 
 def _best(found: Sequence[tuple[int, Fix]]) -> tuple[Fix, ...]:
-    """Those after which least is told first, and those that leave nothing out before the others."""
+    """Those that leave the fewest messages first, and those that leave nothing out before the others."""
     return tuple(fix for _, fix in sorted(found, key=lambda item: (item[0], "leave out" in item[1].title)))
 
 

@@ -59,7 +59,7 @@ def _distributed() -> Any:
 @contextmanager
 def cluster(address: str, say: Callable[[str], None]) -> Generator[Any, None, None]:
     """A client of the cluster at ``address``: ``local`` and ``local:N`` start processes on this machine, which end
-    with the work, whatever happens. ``say`` is told where the dashboard is.
+    with the work, whatever happens. ``say`` is given the dashboard's address.
 
     Raises `UsageError` (``usage/dask``) if there is no scheduler, no worker, or workers with another Movimentum.
     """
@@ -106,7 +106,7 @@ def _semaphores_freed() -> None:
 
 @contextmanager
 def _quiet() -> Generator[None, None, None]:
-    """The engine's own log lines are not for our users; lost workers are told by what becomes of their work."""
+    """The engine's own log lines are not for our users; lost workers are shown by what becomes of their work."""
     libraries = ("distributed", "tornado", "asyncio", "bokeh")
     known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in libraries]
     loggers = [

@@ -42,7 +42,7 @@ EFFORT = 40_000
 """The limit of linearizations for them (see `movimentum.solver.basis.effort`): the same on every machine."""
 BEFORE_SOLVING = ("syntax/", "name/", "kind/", "asset/", "timeline/", "limit/", "claim/")
 """Codes of errors that keep a script from being solved: with them, nothing is known of what solving would say."""
-NO_SOLUTION = ("constraint/conflict", "solve/unreachable", "solve/not-converged")
+NO_SOLUTION = ("constraint/conflict", "cord/length", "solve/unreachable", "solve/not-converged")
 """Codes of errors about times without a solution."""
 _STATEMENT = re.compile(r"[;@]")
 

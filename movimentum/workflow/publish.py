@@ -117,7 +117,7 @@ class _Publishing:
         )
 
     def _candidates(self, shape: FilmShape, said: list[Diagnostic]) -> list[Taken]:
-        """The formats that may be written, the best first; one that the place does not take is told."""
+        """The formats that may be written, the best first; one that the place does not take is reported."""
         place, suffix = self.place, self.target.suffix.lower()
         every = (place.still,) if shape.still else place.takes
         if self.by_place:

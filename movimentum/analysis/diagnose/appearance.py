@@ -52,7 +52,7 @@ def odd_looks(motion: PathMotion) -> Iterator[Diagnostic]:
         if not np.logical_and.reduce([row >= SEEN for row in rows.values()]).any():
             yield Diagnostic(
                 "look/pen", Severity.WARNING, f"`{thing.name}` draws nothing: its `.while` never holds", thing.span
-            ).advised("its conditions must all hold, or be 1, for the pen to be down")
+            ).advised("its conditions must all be true, or 1, for the pen to be down")
 
 
 def _visibility(thing: Thing, values: FloatArray, poses: Poses) -> Iterator[Diagnostic]:

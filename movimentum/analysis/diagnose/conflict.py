@@ -66,7 +66,7 @@ def told(found: Contradiction) -> Conflict:
             except OutOfEffortError:
                 break
             if kind == "constraint":
-                amount = _apart(demands, number, u)
+                amount = apart(demands, number, u)
                 if amount <= SENSIBLE * demands.plan.size:
                     off[number] = amount
             elif kind == "thing":
@@ -96,7 +96,7 @@ def _nearest(demands: Demands, one: Member, starts: Sequence[FloatArray]) -> Flo
     return rest.u[0] if rest.error[0] <= FIT_ROW_MET else starts[0]
 
 
-def _apart(demands: Demands, constraint: int, u: FloatArray) -> float:
+def apart(demands: Demands, constraint: int, u: FloatArray) -> float:
     """The difference of a constraint's sides, in script units, at unknowns ``u`` (n,)."""
     plan = demands.plan
     rows = [row for row in demands.rows if row.member == ("constraint", constraint) and not row.side]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -104,7 +104,7 @@ def _angle_of(piece: Piece, wrap: Wrap) -> Angles | None:
     if not numbers or None in numbers:
         return None
     clocks = Clocks()
-    function = compiled([substitute(wrap.angle, partial(_numbered, piece))], clocks)
+    function = compiled([substitute(wrap.angle, partial(numbered, piece.plan.system.number_of))], clocks)
 
     def angle(tau: FloatArray) -> FloatArray:
         instants = piece.instants(tau)
@@ -115,8 +115,9 @@ def _angle_of(piece: Piece, wrap: Wrap) -> Angles | None:
     return angle
 
 
-def _numbered(piece: Piece, node: Expr) -> Expr | None:
-    return symbol(piece.plan.system.number_of[node.payload]) if node.op == "symbol" else None
+def numbered(number_of: Mapping[Hashable, int], node: Expr) -> Expr | None:
+    """A symbol by the number of its unknown; None for what is none."""
+    return symbol(number_of[node.payload]) if node.op == "symbol" else None
 
 
 def _told(motion: PathMotion, item: Constraint, cord: Cord, wrap: Wrap, time: Fraction) -> Diagnostic:
@@ -140,6 +141,6 @@ def _told(motion: PathMotion, item: Constraint, cord: Cord, wrap: Wrap, time: Fr
         severity=Severity.WARNING,
         message=f"from t = {when} the cord does not touch `{wheel.name}`, unless something pulls it there",
         span=item.span,
-        notes=(f"it goes on about `{wheel.name}` the other way, which a taut cord cannot",),
+        notes=(f"it goes on about `{wheel.name}` the other way, which a taut cord cannot do",),
         helps=(f"leave `{wheel.name}` out from then on: `@{when} {written} = _; {rest} = …;`",),
     )

@@ -1,4 +1,4 @@
-"""What is told about differential equations: their error, and where their integration was given up."""
+"""What is reported about differential equations: their error, and where their integration was given up."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def given_up(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | No
     elif Trouble.AWAY in why:
         verb = "run" if " and " in _names(segment_motion, block) else "runs"
         code, message = "solve/runs-away", f"{_names(segment_motion, block)} {verb} away to infinity at t = {when}"
-        note = "the faster, the farther it is: no solution of the equation goes beyond this time"
+        note = "it grows ever faster: no solution of the equation goes beyond this time"
         help_ = f"a film that ends before t = {when}"
     else:
         return None

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.advice import Advised, Choose
+from movimentum.analysis.diagnose.concentric import unmet_check
+from movimentum.analysis.diagnose.cord_lengths import too_long_or_short
 from movimentum.analysis.diagnose.cords import as_drawn
 from movimentum.analysis.diagnose.differential import given_up
 from movimentum.analysis.diagnose.outline_ends import end_of_curve
@@ -84,7 +86,7 @@ def not_looked_at(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic
         constraint = constraint_of(segment_motion, number_)
         span = None if constraint is None else constraint.span
         what = "the motion leaves this inequality again and again"
-        notes, helps = ("what satisfies it crosses it at once, over and over",), ()
+        notes, helps = ("whatever satisfies it violates it again at once, over and over",), ()
     else:
         assert trouble.block is not None
         span = (
@@ -159,6 +161,11 @@ def _no_beginning(
     formula = next((block for block in refused if _is_formula(block)), None)
     if contradiction is None and formula is not None:
         return _undefined(segment_motion, formula, 0.0, trouble.until), 3
+    for block in segment_motion.plan.blocks if selectors else refused:
+        numbers = dict.fromkeys(segment_motion.plan.system.equations[e].constraint for e in block.equations)
+        chosen = [c for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
+        if (told := too_long_or_short(segment_motion, block, chosen)) is not None:
+            return told, 3
     past = driven_past(segment_motion, selection) and not (first and always)
     if past and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
         return bound, 3
@@ -169,7 +176,8 @@ def _no_beginning(
                 message = told.message.replace("no solution satisfies", "no solution that was found satisfies")
                 return replace(told, code="solve/not-converged", message=message, notes=(*told.notes, _MISSED)), 3
             return told, 1 if told.code == "constraint/conflict" else 3
-        return _not_found(segment_motion, selection), 3
+        unmet = unmet_check(segment_motion, selection)
+        return (_not_found(segment_motion, selection), 3) if unmet is None else (unmet, 1)
     from movimentum.analysis.diagnose.conflict import told
 
     code = "constraint/conflict" if always else "solve/unreachable"

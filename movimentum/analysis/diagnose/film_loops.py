@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -41,7 +42,8 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
     scene, length = timeline.scene, timeline.end - timeline.start
     if not length:
         return
-    poses = motion.poses_at([timeline.start + length * Fraction(k, LOOKED_AT) for k in range(LOOKED_AT + 1)])
+    times = [timeline.start + length * Fraction(k, LOOKED_AT) for k in range(LOOKED_AT + 1)]
+    poses = motion.poses_at(times, angles=False)
     if not poses.solved.all():
         return
     things = [thing for thing in scene.things if thing.is_body and not thing.hidden]
@@ -94,11 +96,11 @@ def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
         switched = (t, "visible") in poses.properties  # which is at once wherever it is
         return _Difference(thing, 0.0, 0.0, float(poses.visible[t, i] != poses.visible[t, k] and not switched))
     points = [anchor.local for anchor in thing.anchors] or [(0.0, 0.0)]
-    worlds = [poses.world(t, point) for point in points]
-    distance = max(float(np.hypot(*(where[k] - where[i]))) for where in worlds)
-    (c0, s0), (c1, s1) = poses.direction[t, i], poses.direction[t, k]
-    turn = float(np.degrees(np.arctan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)))
-    turn = _seen_turn(thing, turn)
+    (c0, s0), (c1, s1) = poses.direction[t, i].tolist(), poses.direction[t, k].tolist()
+    (x0, y0), (x1, y1) = poses.origin[t, i].tolist(), poses.origin[t, k].tolist()
+    dx, dy, dc, ds = x1 - x0, y1 - y0, c1 - c0, s1 - s0
+    distance = max(math.hypot(dx + dc * x - ds * y, dy + ds * x + dc * y) for x, y in points)
+    turn = _seen_turn(thing, math.degrees(math.atan2(c0 * s1 - s0 * c1, c0 * c1 + s0 * s1)))
     looks = 0.0
     for (of, name), values in poses.properties.items():
         if of == t and name not in ("visible", "layer"):

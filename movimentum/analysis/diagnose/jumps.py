@@ -98,7 +98,7 @@ def _told(segment_motion: SegmentMotion, beginning: PathBeginning, thing: int, a
         selector = segment_motion.plan.system.selectors[beginning.selector or 0]
         constraint = selector.constraint if selector.constraint is not None else selector.equation_of
         span = next((c.span for c in segment_motion.segment.active if c.number == constraint), None)
-        how = "the motion would violate this, so it goes over to another solution"
+        how = "the motion would violate this, so it switches to another solution"
         notes = ()
     else:
         span, how, notes = scene.steps[segment_motion.segment.step].span, "this step begins", (note,)

@@ -162,7 +162,7 @@ def _overlap(segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diag
     one, other = (scene.things[t] for t in found.things)
     constraint = constraint_of(segment_motion, found.push)
     free = [_place(segment_motion, each) for each in track.free[:SHOWN]]
-    known = "what pushes never lets things overlap, so they cannot begin so"
+    known = "what pushes never lets things overlap"
     return Diagnostic(
         code="contact/start",
         severity=Severity.ERROR,
@@ -170,7 +170,7 @@ def _overlap(segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diag
         span=None if constraint is None else constraint.span,
         labels=(Label(one.name_span, f"`{one.name}`"), Label(other.name_span, f"`{other.name}`")),
         notes=(known,) if free else (known, "no pose was found that is free and keeps the equations"),
-        helps=(f"it is free with {listed(free)}; draw it so" if free else "draw them apart, or let more of them move",),
+        helps=(f"it is free with {listed(free)}: draw it there" if free else "draw them apart, or free more things",),
     )
 
 
@@ -190,10 +190,10 @@ def _accumulated(motion: PathMotion, segment_motion: SegmentMotion, track: PushT
     return Diagnostic(
         code="limit/contacts",
         severity=Severity.ERROR,
-        message=f"contacts {who}begin and end over and over at t = {when}; what comes after was not looked at",
+        message=f"contacts {who}begin and end again and again at t = {when}; what comes after was not looked at",
         span=None if constraint is None else constraint.span,
-        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless row of them",),
-        helps=("wishes that pull against each other do that: make one of them `.weak`, or `.weak(2)`",),
+        notes=(f"at most {MOST_EVENTS:,} events of a step are followed, and no endless series of them",),
+        helps=("wishes that pull against each other cause this: make one of them `.weak`, or `.weak(2)`",),
     )
 
 
@@ -212,10 +212,10 @@ def undecided_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
         yield Diagnostic(
             code="contact/undecided",
             severity=Severity.WARNING,
-            message=f"corners of {names} meet at t = {first}, and may go on past either side of each other",
+            message=f"corners of {names} meet at t = {first}, and may pass on either side of each other",
             span=spans.get(push),
-            notes=(*again, "the film shows one of both; what comes after depends on it"),
-            helps=("draw one of them a little aside, so that it comes past the side that is meant",),
+            notes=(*again, "the film shows one of the two; what follows depends on it"),
+            helps=("draw one of them a little to the side on which it should pass",),
         )
 
 
@@ -232,9 +232,7 @@ def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
         first, *rest = [time_text(event.time) for event in events]
         begins = happening is Happening.BEGINS
         if names is None:
-            message = (
-                f"this holds something from t = {first} on" if begins else f"this holds nothing from t = {first} on"
-            )
+            message = f"this takes effect from t = {first} on" if begins else f"this has no effect from t = {first} on"
         else:
             message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
         notes: tuple[str, ...] = ()

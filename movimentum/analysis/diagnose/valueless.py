@@ -121,6 +121,6 @@ def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "vector/undefined",
                 Severity.WARNING,
-                f"`{thing.name}` shows no acceleration: {what} follows a wish, which has a velocity and no more",
+                f"`{thing.name}` shows no acceleration: {what} follows a wish, which has a velocity only",
                 thing.span,
             ).advised("show its `.velocity(…)`, or state an equation in place of the wish")

@@ -222,24 +222,23 @@ def _unit(twists: dict[int, tuple[float, float, float]], size: float) -> dict[in
 
 def _together(twists: dict[int, FloatArray]) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
     """Groups of at least two things that move alike, and the things that do not move."""
-    found: list[tuple[FloatArray, list[int]]] = []
+    found: list[list[int]] = []
     fixed: list[int] = []
     tolerance = MOVE_ALIKE * max((float(np.max(np.abs(v), initial=0.0)) for v in twists.values()), default=0.0)
     # what moves is seen to 1e-9 or so by differences of poses
     tolerance = max(tolerance, SEEN_MOVING)
+    kept = np.zeros((len(twists), len(next(iter(twists.values()), ()))))  # those that lead the groups found
+    near = 0  # in order of the first number: similar rows are near each other
     for t, twist in sorted(twists.items(), key=lambda item: (*item[1][:1].tolist(), item[0])):
         if float(np.max(np.abs(twist), initial=0.0)) <= tolerance:
             fixed.append(t)
             continue
-        alike: list[int] | None = None
-        for other, some in reversed(found):  # in order of the first number: similar rows are near each other
-            if twist[0] - other[0] > tolerance:
-                break
-            if float(np.max(np.abs(other - twist))) <= tolerance:
-                alike = some
-                break
-        if alike is None:
-            found.append((twist, [t]))
+        while near < len(found) and twist[0] - kept[near, 0] > tolerance:
+            near += 1
+        alike = np.nonzero(np.max(np.abs(kept[near : len(found)] - twist), axis=1) <= tolerance)[0]
+        if len(alike):
+            found[near + int(alike[-1])].append(t)
         else:
-            alike.append(t)
-    return tuple(sorted(tuple(sorted(some)) for _, some in found if len(some) > 1)), tuple(sorted(fixed))
+            kept[len(found)] = twist
+            found.append([t])
+    return tuple(sorted(tuple(sorted(some)) for some in found if len(some) > 1)), tuple(sorted(fixed))

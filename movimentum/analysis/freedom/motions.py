@@ -60,44 +60,41 @@ def motions_of(
     scale: FloatArray,
 ) -> tuple[FreeMotion, ...]:
     """The free motions of a block with the null space ``free`` (n, p) at core values ``x`` (n,)."""
-    basis = _basis(plan, block, one, clocks, x, free, scale) if free.shape[1] else []
-    return tuple(_told(plan, block, one, v, drawn) for v, drawn in basis)
+    if not free.shape[1]:
+        return ()
+    moment = _FreeMoment(plan, block, one)
+    return tuple(_told(moment, v, drawn) for v, drawn in _basis(moment, clocks, x, free, scale))
 
 
 def _basis(
-    plan: Plan,
-    block: Newton,
-    one: State,
-    clocks: Sequence[FloatArray],
-    x: FloatArray,
-    free: FloatArray,
-    scale: FloatArray,
+    moment: _FreeMoment, clocks: Sequence[FloatArray], x: FloatArray, free: FloatArray, scale: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
     """A canonical basis of a block's free velocities, each (n,), and whether wishes say where it goes.
 
     The motions without a wish come first; both halves are canonical (`_reduced`). Velocities beyond the range of a
     float (in a scene of 1e300, or where a wish has no gradient) are left out.
     """
-    found = _spanned(plan, block, one, clocks, x, (free * scale[:, None]).T)
+    found = _spanned(moment, clocks, x, (free * scale[:, None]).T)
     return [(v, drawn) for v, drawn in found if np.isfinite(v).all()]
 
 
 def _spanned(
-    plan: Plan, block: Newton, one: State, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
+    moment: _FreeMoment, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
+    plan, block, one = moment.plan, moment.block, moment.one
     if not isinstance(block, Free) or block.wishes is None:
-        return [(v, False) for v in _reduced(plan, block, one, velocities)]
+        return [(v, False) for v in _reduced(moment, velocities)]
     slopes = BlockProblem.of(block, one, clocks, scale_of(plan, block.core)).wishes(x[None])[1][0]
     along = slopes @ velocities.T
     if not np.isfinite(along).all():
-        return [(v, False) for v in _reduced(plan, block, one, velocities)]
+        return [(v, False) for v in _reduced(moment, velocities)]
     rank, loose, inverse = null_space(
         along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), RANK_TOLERANCE
     )
     drawn = np.linalg.svd(inverse.T)[2][:rank] if rank else np.zeros((0, len(velocities)))
     return [
-        *((v, False) for v in _reduced(plan, block, one, loose.T @ velocities)),
-        *((v, True) for v in _reduced(plan, block, one, drawn @ velocities)),
+        *((v, False) for v in _reduced(moment, loose.T @ velocities)),
+        *((v, True) for v in _reduced(moment, drawn @ velocities)),
     ]
 
 
@@ -114,7 +111,8 @@ def free_directions(
     for n, value in zip(block.core, x, strict=True):
         one[n] = np.array([value])
     fill_explicit(block, one, clocks)
-    return [(_told(plan, block, one, v, drawn), v) for v, drawn in _basis(plan, block, one, clocks, x, free, scale)]
+    moment = _FreeMoment(plan, block, one)
+    return [(_told(moment, v, drawn), v) for v, drawn in _basis(moment, clocks, x, free, scale)]
 
 
 def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
@@ -143,7 +141,7 @@ def in_order(motions: Iterable[FreeMotion]) -> list[FreeMotion]:
     return sorted(motions, key=lambda motion: (not motion.things, min(motion.things, default=0)))
 
 
-def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatArray:
+def _reduced(moment: _FreeMoment, rows: FloatArray) -> FloatArray:
     """A canonical basis of the space of core velocities that ``rows`` (p, n) span.
 
     What it moves (`_seen`) is in reduced row echelon form. That depends only on the space, not on the unknowns in which
@@ -152,7 +150,7 @@ def _reduced(plan: Plan, block: Newton, one: State, rows: FloatArray) -> FloatAr
     """
     if not len(rows):
         return rows
-    seen = np.array([_seen(plan, block, one, row) for row in rows])
+    seen = np.array([_seen(moment, row) for row in rows])
     size = float(np.max(np.abs(seen), initial=0.0))
     if size > 0.0:
         seen = seen / size
@@ -182,26 +180,63 @@ def reduce_rows(rows: FloatArray, columns: int, least: Callable[[FloatArray], fl
         done += 1
 
 
-def _seen(plan: Plan, block: Newton, one: State, velocity: FloatArray) -> FloatArray:
+def _seen(moment: _FreeMoment, velocity: FloatArray) -> FloatArray:
     """What a core velocity (n,) moves: how each thing turns (times the scene's size) and the velocities of its anchors,
     in order of definition, then the speeds of all other unknowns, by name, in their own units.
     """
-    system = plan.system
-    speeds = _speeds(block, velocity)
+    plan, unknowns = moment.plan, moment.plan.system.unknowns
+    speeds = _speeds(moment.block, velocity)
     values: list[float] = []
-    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
-        (*_, turn), anchors = _moved(plan, one, speeds, t)
+    for body in moment.bodies:
+        vx, vy, turn = body.moved(speeds)
         values.append(turn * plan.size)
-        values += [part for anchor in anchors for part in anchor]
-    others = [system.unknowns[n] for n in block.unknowns if system.unknowns[n].thing is None]
+        values += [part for anchor in body.anchors(vx, vy, turn) for part in anchor]
+    others = [unknowns[n] for n in moment.block.unknowns if unknowns[n].thing is None]
     values += [speeds.get(unknown.number, 0.0) for unknown in sorted(others, key=lambda unknown: unknown.name)]
     return np.array(values)
 
 
-@lru_cache(maxsize=8)
-def _pose_of(plan: Plan) -> dict[int, tuple[int | None, ...]]:
-    """The numbers of the unknowns (x, y, cosine, sine) of each thing's pose."""
-    return {body.thing: (body.x, body.y, body.c, body.s) for body in plan.bodies}
+@dataclass(frozen=True, slots=True)
+class _FreeBody:
+    """A ``thing`` at one instant: the numbers of the unknowns (x, y, cosine, sine) of its pose, their values, and for
+    each of its anchors the way there from its origin.
+    """
+
+    thing: int
+    numbers: tuple[int | None, ...]
+    pose: tuple[float, float, float, float]
+    arms: tuple[tuple[float, float], ...]
+
+    def moved(self, speeds: dict[int, float]) -> tuple[float, float, float]:
+        """(vx, vy, turn), given the speeds of its unknowns."""
+        vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in self.numbers)
+        _, _, c, s = self.pose
+        return vx, vy, c * vs - s * vc
+
+    def anchors(self, vx: float, vy: float, turn: float) -> list[tuple[float, float]]:
+        """The velocities of its anchors."""
+        return [(vx - turn * wy, vy + turn * wx) for wx, wy in self.arms]
+
+
+class _FreeMoment:
+    """A block at one instant, ``one`` being the values of its unknowns; ``bodies``: its things, in order."""
+
+    def __init__(self, plan: Plan, block: Newton, one: State) -> None:
+        self.plan, self.block, self.one = plan, block, one
+        of_thing = {body.thing: (body.x, body.y, body.c, body.s) for body in plan.bodies}
+        unknowns = plan.system.unknowns
+        things = sorted({t for n in block.unknowns if (t := unknowns[n].thing) is not None})
+        # of some things only a property is an unknown
+        self.bodies = [self._body(t, of_thing.get(t, (None, None, None, None))) for t in things]
+
+    def _body(self, thing: int, numbers: tuple[int | None, ...]) -> _FreeBody:
+        system, one = self.plan.system, self.one
+        frame = system.frame(thing)
+        pose = (0.0, 0.0, *frame.axis)
+        x, y, c, s = (pose[i] if n is None or one[n] is None else first_of(one[n]) for i, n in enumerate(numbers))
+        local = [frame.local(anchor.local) for anchor in system.scene.things[thing].anchors]
+        arms = tuple((c * dx - s * dy, s * dx + c * dy) for dx, dy in local)
+        return _FreeBody(thing, numbers, (x + system.shift[0], y + system.shift[1], c, s), arms)
 
 
 @lru_cache(maxsize=8)
@@ -214,41 +249,17 @@ def _measured_by(plan: Plan) -> dict[int, list[int]]:
     return found
 
 
-def _moved(
-    plan: Plan, one: State, speeds: dict[int, float], thing: int
-) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
-    """A thing's (x, y, cosine, sine, vx, vy, turn) and its anchors' velocities, given the speeds of its unknowns."""
-    system = plan.system
-    numbers = _pose_of(plan).get(thing, (None, None, None, None))  # of some things only a property is an unknown
-    vx, vy, vc, vs = (0.0 if n is None else speeds.get(n, 0.0) for n in numbers)
-    frame = system.frame(thing)
-    pose = (0.0, 0.0, *frame.axis)
-    x, y, c, s = (pose[i] if n is None or one[n] is None else first_of(one[n]) for i, n in enumerate(numbers))
-    turn = c * vs - s * vc
-    anchors: list[tuple[float, float]] = []
-    for anchor in system.scene.things[thing].anchors:
-        dx, dy = frame.local(anchor.local)
-        anchors.append((vx - turn * (s * dx + c * dy), vy + turn * (c * dx - s * dy)))
-    return (x + system.shift[0], y + system.shift[1], c, s, vx, vy, turn), anchors
-
-
-def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bool) -> FreeMotion:
-    """A velocity (n,) of a block's core at one instant, in words; ``one`` has the values of its unknowns."""
+def _told(moment: _FreeMoment, velocity: FloatArray, drawn: bool) -> FreeMotion:
+    """A velocity (n,) of a block's core at one instant, in words."""
+    plan, block, one = moment.plan, moment.block, moment.one
     system = plan.system
     speeds = _speeds(block, velocity)
     largest = float(np.max(np.abs(velocity / scale_of(plan, block.core))))
-    moving: list[tuple[int, str, tuple[str, ...]]] = []
-    twists: dict[int, tuple[float, float, float]] = {}
-    velocities: dict[AnchorRef, tuple[float, float]] = {}
-    for t in sorted({t for n in block.unknowns if (t := system.unknowns[n].thing) is not None}):
-        (x, y, c, s, vx, vy, turn), anchors = _moved(plan, one, speeds, t)
-        if max(abs(vx), abs(vy), abs(turn) * plan.size) <= SEEMS_ZERO * largest * plan.size:
-            continue
-        twists[t] = (turn, vx + turn * y, vy - turn * x)
-        velocities |= {AnchorRef(t, k): velocity for k, velocity in enumerate(anchors)}
-        numbers = (system.number_of.get(PoseX(t)), system.number_of.get(PoseY(t)))
-        here = tuple(None if n is None else v for n, v in zip(numbers, (x, y), strict=True))
-        moving.append((t, *_way(plan, t, (vx, vy, turn), system.frame(t).to_thing(c, s), here)))
+    moving: list[tuple[_FreeBody, tuple[float, float, float]]] = []
+    for body in moment.bodies:
+        vx, vy, turn = velocity_of = body.moved(speeds)
+        if not max(abs(vx), abs(vy), abs(turn) * plan.size) <= SEEMS_ZERO * largest * plan.size:
+            moving.append((body, velocity_of))
     fast = {n for n, speed in speeds.items() if abs(speed) > SEEMS_ZERO * largest}
     measured = sorted({name for n in fast for name in _measured_by(plan).get(n, ())})
     variables = tuple(
@@ -260,21 +271,25 @@ def _told(plan: Plan, block: Newton, one: State, velocity: FloatArray, drawn: bo
     if not moving:
         words = " and ".join(f"`{v}` can take any value" for v in variables) or "a `_` can take any value"
         return FreeMotion((), variables, words, _values_for(plan, one, variables[:1]), drawn=drawn)
-    names = [f"`{system.scene.things[t].name}`" for t, _, _ in moving]
-    first, hold = moving[0][1:]
+    names = [f"`{system.scene.things[body.thing].name}`" for body, _ in moving]
+    first, hold = _way(plan, *moving[0])
     if len(moving) == 1:
         words = f"{names[0]} can still {first}"
     else:
         others = ", ".join(names[1:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         words = f"{names[0]} can still {first}, and {others} with it"
-    fastest = max((float(np.hypot(*v)) for v in velocities.values()), default=0.0) or 1.0
+    anchors = [(AnchorRef(body.thing, k), v) for body, way in moving for k, v in enumerate(body.anchors(*way))]
+    fastest = max((float(np.hypot(*v)) for _, v in anchors), default=0.0) or 1.0
+    twists = [
+        (body.thing, (turn, vx + turn * body.pose[1], vy - turn * body.pose[0])) for body, (vx, vy, turn) in moving
+    ]
     return FreeMotion(
-        tuple(t for t, _, _ in moving),
+        tuple(body.thing for body, _ in moving),
         variables,
         words,
         (*hold, *_values_for(plan, one, variables)),
-        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in velocities.items()),
-        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists.items()),
+        tuple((ref, (vx / fastest, vy / fastest)) for ref, (vx, vy) in anchors),
+        tuple((t, (a / fastest, b / fastest, c / fastest)) for t, (a, b, c) in twists),
         drawn,
     )
 
@@ -309,26 +324,20 @@ def _speeds(block: Newton, velocity: FloatArray) -> dict[int, float]:
     return speeds
 
 
-def _way(
-    plan: Plan,
-    thing: int,
-    velocity: tuple[float, float, float],
-    direction: tuple[float, float],
-    at: tuple[float | None, ...],
-) -> tuple[str, tuple[str, ...]]:
+def _way(plan: Plan, moving: _FreeBody, velocity: tuple[float, float, float]) -> tuple[str, tuple[str, ...]]:
     """How one thing moves (turning about one of its anchors or a point, or sliding), and constraints, each of which
     would stop it.
     """
     vx, vy, turn = velocity
-    c, s = direction
-    body = plan.system.scene.things[thing]
-    rx, ry = plan.system.frame(thing).origin
+    thing = moving.thing
+    body, frame = plan.system.scene.things[thing], plan.system.frame(thing)
+    (c, s), (rx, ry) = frame.to_thing(*moving.pose[2:]), frame.origin
     reference = next(a.name for a in body.anchors if a.local == (rx, ry))
     if abs(turn) * plan.size <= SEEMS_ZERO * max(abs(vx), abs(vy)):
         along = 0 if abs(vx) >= abs(vy) else 1
         point = f"{body.name}.{reference}"
         if can_be_seen_turning(body):
-            place = at[along]
+            place = None if moving.numbers[along] is None else moving.pose[along]
             remedy = (f"{point}.{'xy'[along]} = {number(0.0 if place is None else place, 6)};",)
         else:  # a point alone is meant where it is drawn, wherever it has been taken
             x, y = number(rx, 12), number(ry, 12)

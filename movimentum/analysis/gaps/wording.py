@@ -45,4 +45,4 @@ def overlaps_text(found: Sequence[Overlap]) -> str:
 
 
 MOST_TIMES = 3
-"""Stretches of time that are told of a pair; JSON has all of them."""
+"""Stretches of time that are reported of a pair; JSON has all of them."""

@@ -225,7 +225,7 @@ def _root_between(samples: _Samples, low: float, high: float) -> float:
 
 
 def _joined(found: Sequence[Crossing]) -> list[Crossing]:
-    """Without what is told twice: where one piece ends and the next begins."""
+    """Without what is reported twice: where one piece ends and the next begins."""
     result: list[Crossing] = []
     for item in found:
         last = result[-1] if result else None

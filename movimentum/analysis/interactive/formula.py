@@ -300,7 +300,7 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
 
 
 def is_long(table: Table) -> bool:
-    """Whether a table is too long to be told as pieces."""
+    """Whether a table is too long to be written as pieces."""
     return len(table.x) > SHOWN_ROWS or table.ends is Ends.PERIODIC
 
 
@@ -373,8 +373,11 @@ class _Formulas:
         for place, (first, last) in enumerate(pairwise(rows), 1):
             total = sum(exact(c[place]) * (u - first) ** k for k, c in enumerate(coefficients))
             cases.append((total, u <= last))
-        if table.ends is Ends.HELD:
-            low, high = exact(coefficients[0][0]), exact(coefficients[0][-1])
+        if table.ends in (Ends.HELD, Ends.STRAIGHT):
+            low, high = (
+                sum(exact(c[k]) * (u - row) ** n for n, c in enumerate(coefficients))
+                for k, row in ((0, rows[0]), (-1, rows[-1]))
+            )
             return self.sympy.Piecewise((low, u < rows[0]), *cases, (high, True))
         return self.sympy.Piecewise(*cases[:-1], (cases[-1][0], True))
 

@@ -78,6 +78,11 @@ class BlockBase:
         return self.closed_form and not self.branches
 
     @property
+    def momentary(self) -> bool:
+        """Whether its inputs at one instant, and what is carried over there, give its solutions at little cost."""
+        return self.closed_form
+
+    @property
     def continued(self) -> bool:
         """Whether its value goes on from the one before: an angle with its turns, an integral."""
         return False
@@ -244,6 +249,11 @@ class Winding(BlockBase):
     """A continuous angle from a direction. ``direction``: compiled; (sine, cosine)."""
 
     direction: Compiled
+
+    @property
+    def momentary(self) -> bool:
+        """See `BlockBase`."""
+        return True
 
     @property
     def continued(self) -> bool:

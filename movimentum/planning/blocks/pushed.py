@@ -196,7 +196,7 @@ def _distance(system: System, push: Push) -> Expr | None:
 
 def pushed(block: Block, system: System, clocks: Clocks, size: float) -> Block:
     """A free ``block`` with the inequalities that push it and the wishes that draw it; ``size``: the scene's. It is
-    followed even if nothing moves: what it is told may contradict itself.
+    followed even if nothing moves: what is stated about it may contradict itself.
     """
     if not isinstance(block, Free):
         return block

@@ -54,7 +54,6 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.names import symbol_name
 from movimentum.timeline.model import Segment
 
 Forms = Callable[[Constraint, Expr], Polynomial | None]
@@ -166,6 +165,8 @@ class SystemBuilder:
 
     def bearing(self, bearing: Bearing) -> Expr:
         """A direction of what is seen: an unknown that follows it, or (``rolling``) may determine it."""
+        from movimentum.scene.names import symbol_name
+
         if bearing in self.number_of:
             return symbol(self.number_of[bearing])
         seen = call("atan2d", self.lower(bearing.sine), self.lower(bearing.cosine))

@@ -71,7 +71,7 @@ def degree(p: Polynomial, unknowns: Collection[int] | None = None) -> int:
 
 def from_expression(root: Expr) -> Polynomial | None:
     """``root`` as a polynomial in all its unknowns (symbols), or None where it is none."""
-    forms: dict[Expr, Polynomial | None] = {}
+    forms: dict[Expr, Polynomial] = {}
     unknown: set[Expr] = set()  # nodes that depend on unknowns
     for node in walk(root):
         if node.op == "symbol":
@@ -82,11 +82,9 @@ def from_expression(root: Expr) -> Polynomial | None:
             forms[node] = {} if node.value == 0.0 else {(): node}
             continue
         unknown.add(node)
-        parts = [form for arg in node.args if (form := forms[arg]) is not None]
+        parts = [forms[arg] for arg in node.args]
         form: Polynomial | None = None
-        if len(parts) < len(node.args):
-            form = None
-        elif node.op == "add":
+        if node.op == "add":
             form = plus(parts[0], parts[1])
         elif node.op == "neg":
             form = {monomial: neg(coefficient) for monomial, coefficient in parts[0].items()}
@@ -98,6 +96,8 @@ def from_expression(root: Expr) -> Polynomial | None:
             form = parts[0]
             for _ in range(int(node.exponent) - 1):
                 form = None if form is None else times(form, parts[0])
+        if form is None:  # what it is part of is none either
+            return None
         forms[node] = form
     return forms[root]
 

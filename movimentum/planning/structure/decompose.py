@@ -98,7 +98,7 @@ def decompose(
 
 
 def _tied(equation: Equation) -> frozenset[int]:
-    """The unknowns that an equation may leave as free as others of them are: a velocity is told by a law, however free
+    """The unknowns that an equation may leave as free as others of them are: a velocity is given by a law, however free
     the motion is (what has to come first, `blocks.wishes.ordered` sees to).
     """
     return frozenset(equation.targets) if equation.form is Form.VELOCITY else equation.unknowns

@@ -30,10 +30,13 @@ def maximum_matching(rows: Sequence[Sequence[int]], columns: int) -> tuple[list[
                 closed |= came.keys()
             for row, column in path:
                 of_row[row], of_column[column] = column, row
+    passed: set[int] = set()  # rows from which only rows before `start` can be reached, whatever is exchanged elsewhere
     for start in range(len(rows)):
         if of_row[start] < 0:
-            _, came, last = _alternating(rows, of_column, start)
-            if last > start:
+            _, came, last = _alternating(rows, of_column, start, passed)
+            if last == start:
+                passed |= came.keys()
+            else:
                 row = last
                 of_row[last] = -1
                 while row != start:

@@ -16,7 +16,7 @@ HIGHEST_RATE = 4
 
 
 class RateTrouble(StrEnum):
-    """Why a derivative cannot be told.
+    """Why a derivative cannot be determined.
 
     CYCLE: the equations of what it is a derivative of only say it with the derivative itself; FED_BACK: it is one of a
     free motion that depends on it; HIGHER: it is a derivative of a velocity that has none (toward a wish, or the third

@@ -95,7 +95,7 @@ class Scope:
     entries: dict[str, Entry] = field(default_factory=dict[str, Entry])
     variables: set[str] = field(default_factory=set[str])
     broken: set[str] = field(default_factory=set[str])
-    """Names that would be defined but for an error, which has been told."""
+    """Names that would be defined but for an error, which has been reported."""
 
     def __post_init__(self) -> None:
         self.owner = self

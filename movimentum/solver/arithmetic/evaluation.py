@@ -31,7 +31,7 @@ class Arithmetic(Protocol):
 
     @property
     def shown(self) -> int | None:
-        """How many digits a number is told with; None: those of a float."""
+        """How many digits a number is written with; None: those of a float."""
         ...
 
     def rationals(self, values: Sequence[Fraction]) -> Number:

@@ -18,13 +18,10 @@ from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.continuation.grid import FINEST, LARGEST_TURN
 from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
 from movimentum.tolerances import CENTRES_MAY_MEET
 
-LARGEST_TURN = 0.45
-"""Change of a direction's cosine or sine between two nodes."""
-FINEST = 2.0**-18
-"""Of a path's length: nodes are no closer."""
 ROUNDS, SAMPLES = 12, 9
 HALVINGS = range(20, 5, -2)
 POINTS = np.array([1.0, 2.0, 3.0, 4.0])

@@ -11,8 +11,12 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.sorting import without
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.continuation.coincidences import FINEST
 from movimentum.solver.continuation.tracks import Circles, Gap, Path
+
+LARGEST_TURN = 0.45
+"""Change of a direction's cosine or sine between two nodes."""
+FINEST = 2.0**-18
+"""Of a path's length: nodes are no closer."""
 
 INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0

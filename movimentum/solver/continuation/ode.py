@@ -56,7 +56,7 @@ GROWN = 100.0
 HUGE = 1e100
 """What is larger is as good as at infinity."""
 TWIN = 0.7
-"""Steps of the second solution, by which the error is told, of those of the first."""
+"""Steps of the second solution, which estimates the error, for each of the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

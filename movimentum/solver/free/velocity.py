@@ -192,7 +192,7 @@ class FreeVelocity:
 
 
 class NearInstants:
-    """Instants near F others (F,), from which changes at these are told: of each first from the same side as `ACROSS`,
+    """Instants near F others (F,), from which changes at these are found: of each first from the same side as `ACROSS`,
     but of the first from what comes after, and of the last from what was before.
     """
 

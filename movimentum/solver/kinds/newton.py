@@ -88,7 +88,7 @@ def single_node(path: Path, values: FloatArray) -> NodeTrack:
 def _path_key(
     path: Path, block: Newton, choice: Choice, nodes: FloatArray, until: float, sizes: FloatArray
 ) -> Hashable:
-    """Everything that a block's path depends on: None where that cannot be told."""
+    """Everything that a block's path depends on: None where that cannot be determined."""
     above: list[Hashable] = []
     for number in path.upstream(block.number):
         other, track = path.plan.blocks[number], path.tracks[number]

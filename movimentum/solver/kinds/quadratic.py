@@ -18,7 +18,6 @@ from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.continuation.coincidences import with_coincidences
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
 from movimentum.solver.kinds.across import Lift
@@ -133,4 +132,6 @@ class QuadraticKernel(Kernel[Quadratic]):
         track = SignTrack(choice.sign, np.array(events.flips), circles)
         if circles is None:
             return track
+        from movimentum.solver.continuation.coincidences import with_coincidences
+
         return with_coincidences(path, block, track, earliest, (grid.tau, grid.state, grid.instants.clocks))

@@ -10,8 +10,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.cancellation import look
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
-from movimentum.solver.continuation.coincidences import LARGEST_TURN
-from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, ended
 from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import kernels

@@ -277,7 +277,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
 
 
 def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Hashable) -> Hashable:
-    """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that cannot be told."""
+    """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that is unknown."""
     block, one = problem.block, problem.first()
     assert isinstance(block, Free)
     if not block.identity:
@@ -309,7 +309,7 @@ def _on_its_side(
 
 
 def _sides(plan: Plan, one: BlockProblem) -> tuple[Sides, Hashable]:
-    """Whether the inequalities that can be told from core values hold, and what that depends on beside them."""
+    """Whether the inequalities that can be determined from core values hold, and what that depends on beside them."""
     asked = {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
     given = _given(plan, one, asked)
     known = {*one.block.unknowns, *one.inputs, *given}

@@ -107,11 +107,11 @@ def _among_parts(
     for number in plan.checks:
         starts.setdefault(plan.system.equations[number].unknowns, [])
     tried: set[tuple[int, ...]] = set()
-    waiting = [(0, len(_part(demands, plan, some)[0]), k, some) for k, some in enumerate(starts) if some]
+    waiting = [(0, len(part_of(demands, plan, some)[0]), k, some) for k, some in enumerate(starts) if some]
     heapify(waiting)
     while waiting and len(tried) < PARTS:
         ring, _, place, some = heappop(waiting)
-        rows, unknowns = _part(demands, plan, some)
+        rows, unknowns = part_of(demands, plan, some)
         if tuple(rows) in tried:
             continue
         tried.add(tuple(rows))
@@ -122,7 +122,7 @@ def _among_parts(
         wider = frozenset(n for e in plan.system.equations if e.unknowns & unknowns for n in e.unknowns)
         if ring < RINGS and wider not in starts:
             starts[wider] = begins if met is None else [met, *begins]
-            heappush(waiting, (ring + 1, len(_part(demands, plan, wider)[0]), place, wider))
+            heappush(waiting, (ring + 1, len(part_of(demands, plan, wider)[0]), place, wider))
     return None
 
 
@@ -165,7 +165,7 @@ def _filled(demands: Demands, pose: Sequence[float | None]) -> FloatArray:
     return np.where(np.isfinite(values), values, demands.first)
 
 
-def _part(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[int], frozenset[int]]:
+def part_of(demands: Demands, plan: Plan, around: frozenset[int]) -> tuple[list[int], frozenset[int]]:
     """The rows that determine the unknowns ``around``, and what else they determine: those of the blocks these depend
     on, and checks of nothing else.
     """

@@ -27,7 +27,10 @@ def squared(value: Any) -> Any:
 
 def pair(value: Any) -> tuple[float, float]:
     """A value at the two instants: what is a number, or one array of one, is the same at both."""
-    one, *more = np.ravel(value).tolist()
+    values: Any = np.asarray(value).tolist()
+    if not isinstance(values, list):
+        return values, values
+    one, *more = values
     return one, more[0] if more else one
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from movimentum.arrays import first_of
 from movimentum.planning.plan import Plan
 from movimentum.scene.leaves import ContactPlace
-from movimentum.solver.basis.known_so_far import KnownSoFar
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import PLACED_ELSEWHERE
@@ -29,6 +28,8 @@ def misplaced(plan: Plan, state: State, base: Snapshot, unknowns: Iterable[int],
     }
     if not asked:
         return 0
+    from movimentum.solver.basis.known_so_far import KnownSoFar
+
     moment = KnownSoFar.of(plan, state.__getitem__, base, time)
     count = 0
     for n, place in asked.items():

@@ -66,7 +66,7 @@ def _may_deceive(system: System, group: Group) -> bool:
 
 
 def _holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
-    """Whether an equation holds in the pose to begin from, as far as that can be told; what is about one body holds
+    """Whether an equation holds in the pose to begin from, as far as that is known; what is about one body holds
     where all is moved as one.
     """
     form = system.equations[equation].polynomial

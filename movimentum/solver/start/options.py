@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,11 +43,12 @@ NEARER = 100.0
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockSolution:
     """One solution of one block. ``cost``: break of continuity, distance from the pose carried over, turn, displacement
-    (see `Measures`).
+    (see `Measures`). ``values``: those of the block's unknowns, where they were looked at.
     """
 
     choice: Choice
     cost: tuple[float, float, float, float]
+    values: tuple[Any, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,16 +100,25 @@ class BlockOptions:
         self._taken = block, choice
         kernels.take(self, block, choice)
 
+    def put(self, block: Block, option: BlockSolution) -> None:
+        """Set the state to an option found for what is before the block now."""
+        if option.values is None:
+            self.take(block, option.choice)
+            return
+        self._taken = block, option.choice
+        for n, value in zip(block.unknowns, option.values, strict=True):
+            self.state[n] = value
+
     def candidates(self, block: Block, rejections: list[Rejection]) -> list[BlockSolution]:
         """All solutions of one block, the likeliest first. For blocks that stand still, `Choice.values` holds all its
         unknowns.
 
-        Asked again while all that it reads is the same, a block in closed form is not solved again: the search begins
-        where the drawing was just looked at.
+        Asked again while all that it reads is the same, a block in closed form and an angle are not solved again: the
+        search begins where the drawing was just looked at.
         """
         look()
         self.tried += 1
-        if not block.closed_form:
+        if not block.momentary:
             return self._solved(block, rejections)
         given = tuple(None if (v := self.state[n]) is None else pair(v) for n in self._read_by(block))
         known = self._known.get(block.number)
@@ -197,7 +207,7 @@ class BlockOptions:
         kept = Choice(choice.sign, choice.values if block.moving else tuple(now for now, _ in both), rates)
         self._taken = block, kept
         cost = (self.measures.break_of(block, state), *self.measures.distances(block.unknowns, state))
-        return BlockSolution(kept, cost)
+        return BlockSolution(kept, cost, tuple(state[n] for n in block.unknowns))
 
     def _at_pole(self, block: Block) -> bool:
         """Whether what an assigned or linear block computes comes from infinity at this moment."""
@@ -240,7 +250,7 @@ class BlockOptions:
             found = self.candidates(block, [])
         for option in found:
             if option is not None:
-                self.take(block, option.choice)
+                self.put(block, option)
                 if self._is_begun(block):
                     return option
         return None

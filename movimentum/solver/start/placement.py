@@ -85,7 +85,7 @@ def _lie_of(
     bodies: Sequence[BodyUnknowns],
     about: AboutThings,
 ) -> Lie | None:
-    """Where a part belongs, as far as that can be told before its inner pose is known; None where it cannot.
+    """Where a part belongs, as far as that can be determined before its inner pose is known; None where it cannot.
 
     Two bodies that are pinned as far from each other as they are drawn decide, also where a drive is drawn otherwise
     than it begins. Else what is about one body decides (pins, guides, stated directions), if the whole part holds there

@@ -183,7 +183,7 @@ class StartSearch:
                     return Selection(
                         None, (Part((number,), (), tuple(rejections), True, "only"),), rejections=tuple(rejections)
                     )
-                self.blocks.take(plan.blocks[number], found[0].choice)
+                self.blocks.put(plan.blocks[number], found[0])
                 choices[number] = found[0].choice
             refused = self.judgements.refused(number)
             if refused is not None:
@@ -201,17 +201,19 @@ class StartSearch:
             )
             self.parts = Parts.of(plan, things)
         self.blocks.begin_from(placed(plan, self.parts, self.state, self.instants.clocks, self.carry))
+        found_before: list[tuple[int, Choice]] = []
         for part_blocks in together:
             if not touched[part_blocks[0]] or (only is not None and part_blocks[0] not in only):
                 continue
+            for number, choice in found_before:
+                self.blocks.take(plan.blocks[number], choice)
             part = self._search_part(sorted(part_blocks, key=self.rank.__getitem__))
             parts.append(part)
             if not part.candidates:
                 return Selection(None, tuple(parts), frozenset(self.judgements.decisive), part.rejections)
             best = part.candidates[0]
             choices.update(best.choices)
-            for number in sorted(part_blocks, key=self.rank.__getitem__):
-                self.blocks.take(plan.blocks[number], best.choices[number])
+            found_before = [(number, best.choices[number]) for number in part.blocks]
         ordered_choices = [choices[b.number] for b in plan.blocks if b.number in choices]
         return Selection(ordered_choices, tuple(parts), frozenset(self.judgements.decisive))
 
@@ -277,7 +279,7 @@ class StartSearch:
             option = level.options[level.place]
             level.place += 1
             blocks.effort += 1
-            blocks.take(plan.blocks[number], option.choice)
+            blocks.put(plan.blocks[number], option)
             refused = self.judgements.refused(number)
             if refused is not None:
                 if len(rejections) < LEAVES:
@@ -324,7 +326,7 @@ class StartSearch:
             option = self.blocks.as_begun(self.plan.blocks[number], rejections)
             if option is None:
                 return None
-            self.blocks.take(self.plan.blocks[number], option.choice)
+            self.blocks.put(self.plan.blocks[number], option)
             if self.judgements.refused(number) is not None:
                 return None
             taken.append(option)
@@ -349,13 +351,13 @@ class StartSearch:
             return options
         judged: list[tuple[tuple[float, ...], BlockSolution]] = []
         for option in options:
-            self.blocks.take(blocks[numbers[place]], option.choice)
+            self.blocks.put(blocks[numbers[place]], option)
             wished = self.judgements.wished(numbers[place])
             for number in follow_up:
                 found = self.blocks.candidates(blocks[number], [])
                 if not found:
                     break
-                self.blocks.take(blocks[number], found[0].choice)
+                self.blocks.put(blocks[number], found[0])
                 wished += self.judgements.wished(number)
             judged.append(((option.cost[0], wished if math.isfinite(wished) else math.inf, *option.cost[1:]), option))
         judged.sort(key=lambda item: item[0])

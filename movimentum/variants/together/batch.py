@@ -27,10 +27,10 @@ from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.choosing import began_with
 from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
 from movimentum.variants.together.pattern import (
+    Members,
     NotTogether,
     Pattern,
     SegmentPattern,
-    filled,
 )
 from movimentum.variants.together.poses import Places
 from movimentum.variants.tracing import numbered, payloads_read, places_from
@@ -120,7 +120,7 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be told otherwise."""
+        """`rows`, at more instants for those that cannot be determined otherwise."""
         rows, unsure = self.rows(constants)
         usual = self.intervals
         try:
@@ -181,14 +181,15 @@ class Batch:
                     outcomes[began.none] = VariantOutcome.UNASSEMBLED.code
                     course.times[began.none] = float(segment.segment.start)
             idle = self._idle if measured else ()
-            followed = follow_together(segment, places.varied, choices, angles, grid, size, timed=timed, without=idle)
+            members = Members(segment, places.varied, choices, size)
+            followed = follow_together(members, angles, grid, timed=timed, without=idle)
             moving = outcomes == 0
             course.unsure |= followed.unsure & moving
             course.lost |= followed.off & moving
             binds = followed.binds
             violating = np.isfinite(followed.violates) & moving & ~course.unsure
             if violating.any():
-                ends = self._ends(segment, course, choices, carried, followed.violates, violating)
+                ends = self._ends(members, carried, followed.violates, violating)
                 binds, course.unsure = np.where(ends, followed.violates, binds), course.unsure | violating & ~ends
             bound = np.isfinite(binds) & moving
             outcomes[bound] = VariantOutcome.BINDS.code
@@ -214,9 +215,7 @@ class Batch:
 
     def _ends(
         self,
-        segment: SegmentPattern,
-        course: BatchCourse,
-        choices: dict[int, FloatArray],
+        every: Members,
         carried: Carried | None,
         times: FloatArray,
         violating: BoolArray,
@@ -225,20 +224,18 @@ class Batch:
         solution behind that (see `solver.solver`), so that they end there.
         """
         some = np.nonzero(violating)[0]
-        places = Places(self.pattern, [value[some] for value in course.places.varied])
-        size, length = course.size[some], segment.length
+        members, segment = every.some(some), every.pattern
+        places = Places(self.pattern, members.varied)
+        size, length = members.size, segment.length
         tau = times[some]
-        own = {number: choice[some] for number, choice in choices.items()}
         with np.errstate(all="ignore"):
-            state = segment.solve(segment.run(places.varied, tau[:, None], size), own, continued=False).state
+            state = members.solved(tau[:, None]).state
             poses = places.solved(segment, state, {} if carried is None else _some(carried, some).poses)
             there = _carried(segment, poses, state, None if carried is None else _some(carried, some))
             resume = np.minimum(tau + max(BEYOND_VIOLATION * length, LEAST_BEYOND), length)
             for _ in range(40):  # just far enough for the violation to be seen
-                run = segment.solve(segment.run(places.varied, resume[:, None], size), own, continued=False)
-                slack = segment.selectors(filled(run.state), run.instants.clocks)
-                least = np.min([np.broadcast_to(value, (len(some), 1))[:, 0] for value in slack], axis=0)
-                seen = (least < -2.0 * INEQUALITY_MET * size) | (resume >= length)
+                slack = members.slack(members.solved(resume[:, None]))
+                seen = (np.min(slack, axis=0)[:, 0] < -2.0 * INEQUALITY_MET) | (resume >= length)
                 if seen.all():
                     break
                 resume = np.where(seen, resume, np.minimum(tau + 2.0 * (resume - tau), length))

@@ -8,7 +8,7 @@ chooses between the two solutions may come to equality exactly where they meet.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
-from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.kinds.across import Across
 from movimentum.solver.kinds.kernels import across
@@ -37,7 +36,7 @@ from movimentum.tolerances import (
     TIME_DIFFERENCE,
     TURNED_BACK,
 )
-from movimentum.variants.together.pattern import SegmentPattern, filled
+from movimentum.variants.together.pattern import Members, SegmentPattern
 
 ROUNDS = 24
 LAST = 4
@@ -52,32 +51,18 @@ EVENLY = np.linspace(0.0, 1.0, 17)
 """Shares of an interval in which an inequality comes to be violated: it has to fall from each to the next."""
 
 
-def bind_times(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    signs: dict[int, FloatArray],
-    instants: Instants,
-    end: IntArray,
-    bound: BoolArray,
-    size: FloatArray,
-) -> tuple[FloatArray, BoolArray]:
-    """The offset at which each of the variants ``bound`` loses its solution: between the last instant that has one and
-    the first that has none, which is ``end`` (V,); and whether nothing else may have happened shortly before that.
+def bind_times(members: Members, tau: FloatArray, end: IntArray) -> tuple[FloatArray, BoolArray]:
+    """(B,) the offset at which each of B variants loses its solution: between the last of the instants ``tau`` (T,)
+    that has one and the first that has none, which is ``end`` (B,); and whether nothing else may have happened shortly
+    before that.
     """
-    places = end[bound]
-    good = instants.tau[np.maximum(places - 1, 0)].copy()
-    bad = instants.tau[places].copy()
-    some = [value[bound] for value in varied]
-    own = {number: sign[bound] for number, sign in signs.items()}
 
     def holds(tau: FloatArray) -> BoolArray:
-        run = pattern.solve(pattern.run(some, tau, size[bound]), own, continued=False)
-        margins = [np.broadcast_to(margin, tau.shape) for margin in run.margins.values()]
+        margins = [np.broadcast_to(margin, tau.shape) for margin in members.solved(tau).margins.values()]
         return np.asarray(np.min(margins, axis=0) >= -ROUNDING_OF_DISCRIMINANT, dtype=np.bool_)
 
-    good = _last(holds, good, bad)
-    first = instants.tau[np.maximum(places - LAST - 1, 0)]
-    return good, _nothing_else(pattern, some, own, first, good, size[bound])
+    good = _last(holds, tau[np.maximum(end - 1, 0)], tau[end])
+    return good, _nothing_else(members, tau[np.maximum(end - LAST - 1, 0)], good)
 
 
 def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
@@ -91,34 +76,25 @@ def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
 
 
 def violation_times(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    signs: dict[int, FloatArray],
-    between: tuple[FloatArray, FloatArray],
-    selector: IntArray,
-    size: FloatArray,
+    members: Members, good: FloatArray, bad: FloatArray, selector: IntArray
 ) -> tuple[FloatArray, BoolArray]:
-    """The last offset (B,) ``between`` two (B,) at which B variants satisfy the inequality ``selector`` (B,); and
-    whether that is the first that they come to violate, and nothing binds before.
+    """The last offset (B,) between ``good`` and ``bad`` (B,) at which B variants satisfy the inequality ``selector``
+    (B,); and whether that is the first that they come to violate, and nothing binds before.
     """
-    good, bad = (bound.copy() for bound in between)
     several = np.arange(len(good))
 
-    def looked(tau: FloatArray, without: Container[int] = ()) -> tuple[FloatArray, list[FloatArray]]:
-        """(S, B, U) the slack of all inequalities at offsets (B, U), and the blocks' margins there, (B, U) each."""
-        run = pattern.solve(pattern.run(varied, tau, size), signs, continued=False, without=without)
-        margins = [np.broadcast_to(value, tau.shape) for value in run.margins.values()]
-        slack = pattern.selectors(filled(run.state), run.instants.clocks)
-        return np.stack([np.broadcast_to(value, tau.shape) for value in slack]) / size[:, None], margins
+    def own_slack(tau: FloatArray) -> FloatArray:
+        return np.stack(members.slack(members.solved(tau, members.pattern.unjudged)))[selector, several]
 
-    slack, margins = looked(good[:, None] + (bad - good)[:, None] * EVENLY)
-    own = slack[selector, several]
+    run = members.solved(good[:, None] + (bad - good)[:, None] * EVENLY)
+    slack = members.slack(run)
+    own = np.stack(slack)[selector, several]
     clear = (np.diff(own, axis=1) < 0.0).all(axis=1) & (own[:, 0] > CLEAR_MARGIN) & (own[:, -1] < -CLEAR_MARGIN)
-    for margin in margins:
-        clear &= (margin > CLEAR_MARGIN).all(axis=1)
+    for margin in run.margins.values():
+        clear &= (np.broadcast_to(margin, run.shape) > CLEAR_MARGIN).all(axis=1)
     for number, value in enumerate(slack):
         clear &= (value > CLEAR_MARGIN).all(axis=1) | (selector == number)
-    return _last(lambda tau: looked(tau, pattern.unjudged)[0][selector, several] > 0.0, good, bad), clear
+    return _last(lambda tau: own_slack(tau) > 0.0, good, bad), clear
 
 
 def _last(holds: Callable[[FloatArray], BoolArray], good: FloatArray, bad: FloatArray) -> FloatArray:
@@ -138,18 +114,10 @@ def _last(holds: Callable[[FloatArray], BoolArray], good: FloatArray, bad: Float
     return good
 
 
-def _nothing_else(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    signs: dict[int, FloatArray],
-    first: FloatArray,
-    last: FloatArray,
-    size: FloatArray,
-) -> BoolArray:
+def _nothing_else(members: Members, first: FloatArray, last: FloatArray) -> BoolArray:
     """(B,) whether nothing but one dyad binds from the offsets ``first`` to ``last`` (B,)."""
-    run = pattern.run(varied, last[:, None] - (last - first)[:, None] * SHARES**2, size)
-    state, shape = pattern.solve(run, signs, continued=False).state, run.shape
-    margins = [np.broadcast_to(value, shape) for value in run.margins.values()]
+    run = members.solved(last[:, None] - (last - first)[:, None] * SHARES**2)
+    margins = [np.broadcast_to(value, run.shape) for value in run.margins.values()]
     clear = np.ones(len(first), dtype=np.bool_)
     meeting = np.zeros(len(first), dtype=np.int64)
     for margin in margins:
@@ -157,16 +125,14 @@ def _nothing_else(
         meeting += meets
         clear &= meets | _stays(margin, np.full(len(first), CLEAR_MARGIN))
     clear &= meeting == 1
-    for _, c, s in directed(pattern):
+    for _, c, s in directed(members.pattern):
         for n in (c, s):
-            value = state[n]
+            value = run.state[n]
             if np.ndim(value) and np.shape(value)[-1] > 1:
                 clear &= (np.abs(np.diff(np.asarray(value), axis=-1)) <= FARTHEST_TURN).all(axis=1)
-    if pattern.selectors.count:
-        for value in pattern.selectors(filled(state), run.instants.clocks):
-            slack = np.broadcast_to(value, shape) / size[:, None]
-            slope = slack[:, 0] / SHARES[0]
-            clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, EQUAL_AT_BIND * slope)
+    for slack in members.slack(run):
+        slope = slack[:, 0] / SHARES[0]
+        clear &= _stays(slack, np.full(len(first), NEAR_A_BIND)) | _falls(slack, SHARES, EQUAL_AT_BIND * slope)
     return clear
 
 
@@ -202,20 +168,17 @@ STRAIGHT = 0.95
 
 @dataclass(eq=False)
 class FoldSearch:
-    """Finds the folds of B variants: ``varied`` (B, 1) each, ``choices`` by block, ``scale`` (B, n) of the core."""
+    """Finds the folds of the loop ``block`` of B variants; ``scale`` (B, n): that of its core."""
 
-    pattern: SegmentPattern
+    members: Members
     block: Newton
-    varied: Sequence[FloatArray]
-    choices: dict[int, FloatArray]
     scale: FloatArray
-    size: FloatArray
 
     def times(self, first: FloatArray, last: FloatArray, instants: FloatArray) -> FloatArray:
         """(B,) the offsets at which the paths end that have core values ``first`` and ``last`` (B, n) at ``instants``
         (B, 2); nan where that is not certain.
         """
-        length = self.pattern.length
+        length = self.members.pattern.length
         points = [np.column_stack([core / self.scale, instants[:, k] / length]) for k, core in enumerate((first, last))]
         with np.errstate(all="ignore"):
             return self._bracketed(points[1], points[1] - points[0]) * length
@@ -321,7 +284,7 @@ class FoldSearch:
         block = self.block
         assert block.residual is not None
         assert block.jacobian is not None
-        scale, length = self.scale[who], self.pattern.length
+        scale, length = self.scale[who], self.members.pattern.length
         tau = y[:, -1:] * length
         run = self._until_loop(y, who, tau + length * np.array([0.0, TIME_DIFFERENCE, -TIME_DIFFERENCE]))
         state, clocks = run.state, run.instants.clocks
@@ -337,35 +300,30 @@ class FoldSearch:
 
     def _until_loop(self, y: FloatArray, who: IntArray, tau: FloatArray) -> Across:
         """What is known before the loop, and its core."""
-        run = self.pattern.run([value[who] for value in self.varied], tau, self.size[who])
-        signs = self._signs(who)
-        for item in self.pattern.blocks:
+        members = self.members.some(who)
+        run = members.run(tau)
+        for item in members.pattern.blocks:
             if item.block.number == self.block.number:
                 break
             if not item.goes_on:
-                across(run, item.block, signs.get(item.block.number, 1.0))
+                across(run, item.block, members.choices.get(item.block.number, 1.0))
         for j, n in enumerate(self.block.core):
             run.state[n] = (y[:, j] * self.scale[who, j])[:, None]
         return run
 
-    def _signs(self, who: IntArray) -> dict[int, FloatArray]:
-        return {number: sign[who] for number, sign in self.choices.items()}
-
     def _clear(self, y: FloatArray, who: IntArray) -> BoolArray:
         """(b,) whether nothing else is near to binding at the points ``y``."""
-        run = self._until_loop(y, who, y[:, -1:] * self.pattern.length)
-        state, clocks, signs = run.state, run.instants.clocks, self._signs(who)
-        fill_explicit(self.block, state, clocks)
-        for item in self.pattern.blocks:
+        members = self.members.some(who)
+        run = self._until_loop(y, who, y[:, -1:] * members.pattern.length)
+        fill_explicit(self.block, run.state, run.instants.clocks)
+        for item in members.pattern.blocks:
             if item.block.number > self.block.number and not item.goes_on:
-                across(run, item.block, signs.get(item.block.number, 1.0))
-        margins = run.margins.values()
+                across(run, item.block, members.choices.get(item.block.number, 1.0))
         clear = np.ones(len(who), dtype=np.bool_)
-        for margin in margins:
+        for margin in run.margins.values():
             clear &= np.broadcast_to(margin, (len(who), 1))[:, 0] > MARGIN_BESIDE_FOLD
-        if self.pattern.selectors.count:
-            for value in self.pattern.selectors(filled(state), clocks):
-                clear &= np.broadcast_to(value, (len(who), 1))[:, 0] / self.size[who] > SLACK_BESIDE_FOLD
+        for slack in members.slack(run):
+            clear &= slack[:, 0] > SLACK_BESIDE_FOLD
         return clear
 
 

@@ -29,7 +29,7 @@ from movimentum.variants.together.poses import laid
 @dataclass(slots=True, eq=False)
 class Began:
     """``choices`` by block: the sign (V, 1) of a quadratic one, the core (V, n) of one that Newton's method solves.
-    ``none`` (V,): there is no solution to begin with; ``unsure`` (V,): cannot be told here.
+    ``none`` (V,): there is no solution to begin with; ``unsure`` (V,): cannot be determined here.
     """
 
     choices: dict[int, FloatArray]

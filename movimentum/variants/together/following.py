@@ -25,7 +25,7 @@ from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
 from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, directed, violation_times
-from movimentum.variants.together.pattern import SegmentPattern, filled, instants_of
+from movimentum.variants.together.pattern import Members, SegmentPattern, instants_of
 
 INTERVALS = 96
 FARTHEST_PHASE = 20.0
@@ -105,29 +105,27 @@ def _with_quadrature(pattern: SegmentPattern, grid: SegmentGrid) -> SegmentGrid:
 
 
 def follow_together(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    choices: dict[int, FloatArray],
+    members: Members,
     angles: dict[int, Any],
     grid: SegmentGrid,
-    size: FloatArray,
     *,
     timed: bool = True,
     without: Container[int] = (),
 ) -> FollowedVariants:
-    """Solve a segment at all instants of ``grid``, with the ``choices`` that it begins with, but for the blocks
-    ``without``. ``timed`` False: the time at which a variant binds is that of the last instant before.
+    """Solve a segment at all instants of ``grid``, with the choices that its ``members`` begin with, but for the blocks
+    ``without``; ``angles`` are those before. ``timed`` False: the time at which a variant binds is that of the last
+    instant before.
     """
-    count, instants = len(size), grid.instants
-    shape = count, len(instants)
+    pattern, size, instants = members.pattern, members.size, grid.instants
     with np.errstate(all="ignore"):
-        run = pattern.solve(pattern.run(varied, instants, size, angles, path=True), choices, without=without)
-        state, margins, loops = run.state, run.margins, run.ends
-        stuck, lost = np.full(count, shape[1]), np.zeros(count, dtype=np.bool_)
+        run = pattern.run(members.varied, instants, size, angles, path=True)
+        run = pattern.solve(run, members.choices, without=without)
+        state, loops, shape = run.state, run.ends, run.shape
+        stuck, lost = np.full(shape[0], shape[1]), np.zeros(shape[0], dtype=np.bool_)
         for each in loops.values():
             stuck, lost = np.minimum(stuck, each.end), lost | each.lost
-        end, certain = _ends(margins, shape, stuck)
-        slack = _slack(pattern, state, instants, shape, size)
+        end, certain = _ends(run.margins, shape, stuck)
+        slack = members.slack(run)
         selector, violated = _first_violated(slack, shape)
         breaks = violated < end - 1
         whole, end = end, np.where(breaks, violated, end)
@@ -143,12 +141,14 @@ def follow_together(
             unsure |= ~_clear(values, until, falls=breaks & (selector == number)) & (until > 0)
         off = _off(pattern, state, instants, inside, size)
         unsure |= off
-        binds, violates = np.full(count, np.inf), np.full(count, np.inf)
+        binds, violates = np.full((2, shape[0]), np.inf)
         if breaks.any():
             unsure |= breaks & (bool(pattern.turns or pattern.drifting or loops or not timed) | (end == 0))
-            found, clear = _violation_times(pattern, varied, choices, instants, end, selector, breaks & ~unsure, size)
-            unsure |= breaks & ~clear
-            violates = np.where(breaks & clear, found, np.inf)
+            some = np.nonzero(breaks & ~unsure)[0]
+            around = instants.tau[end[some] - 1], instants.tau[end[some]]
+            times, clear = violation_times(members.some(some), *around, selector[some])
+            violates[some[clear]] = times[clear]
+            unsure |= breaks & ~np.isfinite(violates)
         bound = (whole < shape[1]) & ~(violated < whole - 1)
         if bound.any():
             if pattern.turns or pattern.drifting or len(loops) > 1:
@@ -157,35 +157,13 @@ def follow_together(
                 binds[bound] = instants.tau[np.maximum(end[bound] - 1, 0)]
             elif loops:
                 bound &= ~unsure & (end == stuck)
-                binds[bound] = _fold_times(pattern, varied, choices, state, instants, loops, bound, size)
+                binds[bound] = _fold_times(members, state, instants, loops, bound)
                 unsure |= (whole < shape[1]) & (end == whole) & ~np.isfinite(binds)
                 binds = np.where(np.isfinite(binds), binds, np.inf)
             else:
-                binds[bound], clear = bind_times(pattern, varied, choices, instants, end, bound, size)
+                binds[bound], clear = bind_times(members.some(bound), instants.tau, end[bound])
                 unsure[bound] |= ~clear
     return FollowedVariants(state, unsure, binds, violates, off)
-
-
-def _violation_times(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    choices: dict[int, FloatArray],
-    instants: Instants,
-    end: IntArray,
-    selector: IntArray,
-    chosen: BoolArray,
-    size: FloatArray,
-) -> tuple[FloatArray, BoolArray]:
-    """(V,) when the variants ``chosen`` come to violate their inequality ``selector``, before the instant ``end``; and
-    whether that is clear.
-    """
-    some = np.nonzero(chosen)[0]
-    times, clear = np.full(len(size), np.inf), np.zeros(len(size), dtype=np.bool_)
-    between = instants.tau[end[some] - 1], instants.tau[end[some]]
-    own = {number: sign[some] for number, sign in choices.items()}
-    constants = [value[some] for value in varied]
-    times[some], clear[some] = violation_times(pattern, constants, own, between, selector[some], size[some])
-    return times, clear
 
 
 def _ends(margins: dict[int, Any], shape: tuple[int, int], stuck: IntArray) -> tuple[IntArray, BoolArray]:
@@ -258,7 +236,8 @@ def _beyond(value: Any, limit: FloatArray, chosen: BoolArray) -> BoolArray:
     """(V,) whether a value that broadcasts to (V, T) is off by more than ``limit`` (V, 1), or none (nan), at an instant
     of those ``chosen``.
     """
-    if np.max(value) <= (least := np.min(limit)) and np.min(value) >= -least:  # nearly always
+    least = np.min(limit)
+    if chosen.all() and np.max(value) <= least and np.min(value) >= -least:  # nearly always
         return np.zeros(len(chosen), dtype=np.bool_)
     return np.asarray((~(np.abs(value) <= limit) & chosen).any(axis=1), dtype=np.bool_)
 
@@ -295,16 +274,6 @@ def _near_infinity(
     return near
 
 
-def _slack(
-    pattern: SegmentPattern, state: State, instants: Instants, shape: tuple[int, int], size: FloatArray
-) -> list[FloatArray]:
-    """The left-hand side of every inequality (it is to be positive), in units of the scene's size, (V, T) each."""
-    if not pattern.selectors.count:
-        return []
-    values = pattern.selectors(filled(state), instants.clocks)
-    return [np.broadcast_to(value, shape) / size[:, None] for value in values]
-
-
 def _first_violated(slack: Sequence[FloatArray], shape: tuple[int, int]) -> tuple[IntArray, IntArray]:
     """(V,) the inequality that is violated first, and at which instant: T where none is."""
     selector, first = np.zeros(shape[0], dtype=np.int64), np.full(shape[0], shape[1])
@@ -334,26 +303,17 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
 
 
 def _fold_times(
-    pattern: SegmentPattern,
-    varied: Sequence[FloatArray],
-    choices: dict[int, FloatArray],
-    state: State,
-    instants: Instants,
-    loops: dict[int, LoopEnds],
-    bound: BoolArray,
-    size: FloatArray,
+    members: Members, state: State, instants: Instants, loops: dict[int, LoopEnds], bound: BoolArray
 ) -> FloatArray:
     """The offset at which the one loop of each of the variants ``bound`` binds; nan where it is not certain."""
     ((number, ends),) = loops.items()
+    pattern = members.pattern
     block = pattern.blocks[number].block
     assert isinstance(block, Newton)
     places = ends.sure[bound]
     path = np.stack([state[n][bound] for n in block.core], axis=2)
     several = np.arange(len(places))
-    own = {number: choice[bound] for number, choice in choices.items()}
-    some = [value[bound] for value in varied]
-    scale = scale_of(pattern.plan, block.core, size[bound])
-    search = FoldSearch(pattern, block, some, own, scale, size[bound])
+    search = FoldSearch(members.some(bound), block, scale_of(pattern.plan, block.core, members.size[bound]))
     two = np.stack([instants.tau[places - 1], instants.tau[places]], axis=1)
     found = search.times(path[several, places - 1], path[several, places], two)
     after = (

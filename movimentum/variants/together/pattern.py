@@ -218,6 +218,38 @@ class SegmentPattern:
         return [*[None] * self.unknowns, *varied]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Members:
+    """V variants of a segment: their constants ``varied`` (V, 1) each, their ``choices`` by block, the ``size`` (V,) of
+    their scenes.
+    """
+
+    pattern: SegmentPattern
+    varied: Sequence[FloatArray]
+    choices: Mapping[int, FloatArray]
+    size: FloatArray
+
+    def some(self, chosen: IntArray | BoolArray) -> Members:
+        """The variants ``chosen``."""
+        choices = {number: choice[chosen] for number, choice in self.choices.items()}
+        return Members(self.pattern, [value[chosen] for value in self.varied], choices, self.size[chosen])
+
+    def run(self, tau: FloatArray) -> Across:
+        """What solves them at offsets (T,) or (V, T)."""
+        return self.pattern.run(self.varied, tau, self.size)
+
+    def solved(self, tau: FloatArray, without: Container[int] = ()) -> Across:
+        """What does not depend on the past, solved at offsets (T,) or (V, T), but for the blocks ``without``."""
+        return self.pattern.solve(self.run(tau), self.choices, continued=False, without=without)
+
+    def slack(self, run: Across) -> list[FloatArray]:
+        """The left-hand side of every inequality (it is to be positive), in units of the scene's size, (V, T) each."""
+        if not self.pattern.selectors.count:
+            return []
+        values = self.pattern.selectors(filled(run.state), run.instants.clocks)
+        return [np.broadcast_to(value, run.shape) / self.size[:, None] for value in values]
+
+
 @dataclass(eq=False)
 class Pattern:
     """All segments of a timeline for any values of the constants ``names``.

@@ -86,7 +86,7 @@ def laid(
     places: Places, segment: SegmentPattern, state: State, clocks: Sequence[FloatArray], size: FloatArray
 ) -> tuple[dict[int, BodyPose], BoolArray]:
     """The poses to begin from: every part as drawn, moved as a body to where its pins are, if it fits there; and (V,)
-    whether that cannot be told for many variants at once. See `solver.start.placement.placed`.
+    whether that cannot be determined for many variants at once. See `solver.start.placement.placed`.
     """
     plan = segment.plan
     unsure = np.zeros(places.count, dtype=np.bool_)
