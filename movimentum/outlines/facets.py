@@ -158,7 +158,8 @@ def separations(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     n, m = outward(p), outward(q)
     here = np.min(np.einsum("nk,fmk->fnm", n, q), axis=2) - np.sum(n * p, axis=1)
     there = np.min(np.einsum("fmk,nk->fmn", m, p), axis=2) - np.sum(m * q, axis=2)
-    return here, there
+    # a point has no normals
+    return np.where(n.any(axis=-1), here, -np.inf), np.where(m.any(axis=-1), there, -np.inf)
 
 
 def convex_gaps(p: FloatArray, q: FloatArray) -> FloatArray:
