@@ -92,13 +92,13 @@ Arm : .bar P = [160,100] Q = [260,100] .width(8);   Post : .disc(5) C = [95,100]
 
 
 @pytest.mark.parametrize("place", [95, 110, 130, 155])
-@pytest.mark.parametrize(("shape", "within"), [(".polar(th, 60)", 0.05), (".param(u, [60*.cos(u), 60*.sin(u)])", 0.05)])
-def test_a_disc_deep_in_a_convex_curve_overlaps_as_in_a_disc(place, shape, within):
+@pytest.mark.parametrize("shape", [".polar(th, 60)", ".param(u, [60*.cos(u), 60*.sin(u)])"])
+def test_a_disc_deep_in_a_convex_curve_overlaps_as_in_a_disc(place, shape):
     (found,) = overlaps(f"""Plate : .curve C = [100,100] {shape};   Post : .disc(5) C = [{place},100];
 @0 Plate.C = [100,100]; Plate.angle = 40*.t; Post.C = [{place},100];
 @1""")
     assert found.things == ("Plate", "Post")
-    assert found.depth == pytest.approx(65 - abs(place - 100), abs=within)
+    assert found.depth == pytest.approx(65 - abs(place - 100), rel=0.005)  # so deep, that of a polygon in place of it
 
 
 @broad("seed", range(8), first=2)
