@@ -79,6 +79,28 @@ C : .bar M = [150,60] N = [150,140] .width(8){c};
     assert overlaps(gears.format(how="H.angle = -20*.t;"))
 
 
+@pytest.mark.parametrize(("held", "excused"), [(".on(Arm.P, Plate) = 0;", True), ("g = .on(Arm.P, Plate);", False)])
+def test_a_pin_about_a_point_that_is_held_to_an_outline_is_excepted(held, excused):
+    text = f"""Plate : .curve C = [100,100] .polar(th, 60 + 9*.cos(2*th));   Pin : .disc(6) C = [160,100];
+Arm : .bar P = [160,100] Q = [260,100] .width(8);   Post : .disc(5) C = [95,100];
+@0 Plate.C = [100,100]; Plate.angle = 40*.t; Arm.P.y = 100; Arm.angle = 0; {held}
+   {"" if excused else "Arm.P.x = 165;"} Arm.P.x > 100; Pin.C = Arm.P; Post.C = [95,100];
+@1"""
+    found = {each.things for each in overlaps(text)}
+    assert (("Plate", "Pin") in found) is not excused
+    assert ("Plate", "Post") in found
+
+
+@pytest.mark.parametrize("place", [95, 110, 130, 155])
+@pytest.mark.parametrize("shape", [".polar(th, 60)", ".param(u, [60*.cos(u), 60*.sin(u)])"])
+def test_a_disc_deep_in_a_convex_curve_overlaps_as_in_a_disc(place, shape):
+    (found,) = overlaps(f"""Plate : .curve C = [100,100] {shape};   Post : .disc(5) C = [{place},100];
+@0 Plate.C = [100,100]; Plate.angle = 40*.t; Post.C = [{place},100];
+@1""")
+    assert found.things == ("Plate", "Post")
+    assert found.depth == pytest.approx(65 - abs(place - 100), rel=0.005)  # so deep, that of a polygon in place of it
+
+
 @broad("seed", range(8), first=2)
 def test_scaled_moved_and_mirrored_scenes_overlap_at_the_same_times(seed):
     random = np.random.default_rng(seed)
