@@ -189,7 +189,8 @@ def depths(a: Fine, b: Fine, pose: FloatArray, *, whole: bool = False) -> FloatA
     if len(p.points) > 1 and q.shape[1] > 1:
         deep = some[found[some] > reach + least]
         found[deep] = [
-            _finite(reach - each.value, found[k]) for k, each in zip(deep, deepest(p, b.facets, q[deep]), strict=True)
+            _finite(reach - each.value, float(found[k]))
+            for k, each in zip(deep, deepest(p, b.facets, q[deep]), strict=True)
         ]
     if one is not p or other is not b.facets:
         r = other.moved(pose[:, some])

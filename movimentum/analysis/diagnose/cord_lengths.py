@@ -180,7 +180,7 @@ class _WithoutCord:
         u = self._pose(z)[None]
         residual, slopes = self.demands.values(u)
         wide = np.zeros((slopes.shape[1], len(self.fitting.columns)))
-        wide[:, self.fitting._into] = slopes[0][:, self.fitting._from]
+        wide[:, self.fitting.into] = slopes[0][:, self.fitting.from_]
         wide = wide @ self.fitting.basis
         weight = float(self.demands.weights[self.place])
         length = float(residual[0, self.place]) / weight + self.stated

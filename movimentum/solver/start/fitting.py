@@ -71,7 +71,7 @@ class Fitting:
         self.matrix, self.right = demands.matrix[linear], demands.right[linear]
         self.columns = used_columns(demands, np.union1d(linear, self.soft), others)
         assert demands.block is not None
-        _, self._into, self._from = np.intersect1d(self.columns, demands.block.core, return_indices=True)
+        _, self.into, self.from_ = np.intersect1d(self.columns, demands.block.core, return_indices=True)
         demands.effort.spend(20.0 * self.matrix.shape[0] * len(self.columns) * 10.0)
         self.origin, self.basis, self.dependent, self.apart = eliminated(
             self.matrix[:, self.columns], self.right, len(self.columns)
@@ -88,7 +88,7 @@ class Fitting:
         residual, slopes = self.demands.values(u)
         residual = residual[:, self.others]
         jacobian = np.zeros((*residual.shape, len(self.columns)))
-        jacobian[:, :, self._into] = slopes[:, self.others][:, :, self._from]
+        jacobian[:, :, self.into] = slopes[:, self.others][:, :, self.from_]
         if not len(self.soft):
             return residual, jacobian
         rows = self.demands.matrix[self.soft]
