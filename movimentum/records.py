@@ -65,8 +65,8 @@ def _with_fields(given: Any, slots: bool, kw_only: bool) -> Any:
     for name, annotation in body.get("__annotations__", {}).items():
         if "ClassVar" in (annotation if isinstance(annotation, str) else repr(annotation)):
             continue
-        value = body.pop(name, dataclasses.MISSING)
-        each: Any = value if isinstance(value, dataclasses.Field) else field(default=value)
+        value: Any = body.pop(name, dataclasses.MISSING)
+        each: Any = value if isinstance(value, _STATED) else field(default=value)
         each.name, each.type = name, annotation
         each.kw_only = kw_only if each.kw_only is dataclasses.MISSING else each.kw_only
         each._field_type = _FIELD
@@ -91,6 +91,7 @@ def _with_fields(given: Any, slots: bool, kw_only: bool) -> Any:
     return given
 
 
+_STATED: Any = dataclasses.Field
 _FIELDS = "__dataclass_fields__"
 _FIELD: Any = getattr(dataclasses, "_FIELD")  # noqa: B009 - how `dataclasses.fields` tells fields from other variables
 

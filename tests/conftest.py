@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.command import BYTECODE
 
@@ -22,6 +23,10 @@ if sys.dont_write_bytecode:  # else each process, and each run, compiles the pac
     sys.dont_write_bytecode, sys.pycache_prefix = False, str(BYTECODE)
 BEGUN = time.monotonic()
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
+
+# How long anything takes depends on what else the machine does: no test fails by it.
+settings.register_profile("unhurried", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("unhurried")
 
 # A shell lets what it runs in the background ignore Ctrl-C, and `nohup` a closed terminal. The commands that are
 # tested would inherit that.

@@ -89,6 +89,21 @@ def test_a_record_extends_a_record_and_is_pickled():
     assert extended != Base(3)
 
 
+def test_fields_are_those_of_a_dataclass():
+    for options in OPTIONS:
+        record, standard = pair(**options)
+        (names, kinds), (expected, as_expected) = (
+            ([f.name for f in dataclasses.fields(c)], [(f.type, f.init, f.kw_only) for f in dataclasses.fields(c)])
+            for c in (record, standard)
+        )
+        assert (names, kinds) == (expected, as_expected)
+        assert dataclasses.asdict(record(1.0)) == dataclasses.asdict(standard(1.0))
+        assert (record.__qualname__, record.__doc__) == (standard.__qualname__, standard.__doc__)
+    assert [f.name for f in dataclasses.fields(Extended)] == ["a", "b"]
+    assert Extended.__match_args__ == ("a",)
+    assert Extended.__slots__ == ("b",)
+
+
 def test_methods_are_written_when_they_are_used():
     record, _ = pair(frozen=True, eq=True)
     stub = record.__init__

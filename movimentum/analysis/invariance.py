@@ -90,10 +90,10 @@ def frame_rate_diagnostics(
         what = "nothing is wrong" if there is None else f"there is an error: {there.message}"
         yield Diagnostic("check/fps-invariance", Severity.ERROR, f"{how} {what}", None if there is None else there.span)
         return
-    yield _told("check/fps-invariance", how, _apart(motion, other, times))
+    yield _diagnostic("check/fps-invariance", how, _apart(motion, other, times))
 
 
-def _told(code: str, how: str, found: Apart) -> Diagnostic:
+def _diagnostic(code: str, how: str, found: Apart) -> Diagnostic:
     same = found.first is None
     amount = f"{number(found.amount, 2)} px at t = {time_text(found.time)}"
     if same:
@@ -128,7 +128,7 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     assert not isinstance(piece, Unsolved)
     carried = carry_at(last, piece, float(last.segment.end - last.segment.start), last.base)
     backwards = solve(_reversed(motion.timeline), Carry(carried.now))
-    yield _told(
+    yield _diagnostic(
         "check/reverse", "run backwards from its end", _apart(motion, backwards, _times(motion), backwards=True)
     )
 

@@ -89,7 +89,7 @@ def prove(console: Console, *, choices: Choices, script: str, seconds: float, al
         for one in found:
             data = _data(one, source)
             answer(f"{one.verdict.value:<{width}}  {data['line']}:{data['column']}  {data['text']}\n")
-            for line in _told(data):
+            for line in _reasons(data):
                 console.say(f"    {line}")
         if not found:
             console.say("the script claims nothing: state what should hold with `.claim Rod.B.x = 120;`")
@@ -114,7 +114,7 @@ def _data(one: Judgement, source: SourceText) -> dict[str, Any]:
     }
 
 
-def _told(data: dict[str, Any]) -> list[str]:
+def _reasons(data: dict[str, Any]) -> list[str]:
     from movimentum.proving.prove import NO_TIME
 
     lines = [f"if {condition}" for condition in data["conditions"]]

@@ -128,7 +128,7 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Sweep
     from movimentum.variants.measures import read_measures
     from movimentum.variants.plots import read_plots, write_plots
     from movimentum.variants.sheet import check_sheet, write_sheet
-    from movimentum.variants.sweep import prepared, told_counts
+    from movimentum.variants.sweep import counts_text, prepared
     from movimentum.workflow.stages import understand
 
     grid = read_grid(asked.vary, asked.sample, understand(source, choices).constants, asked.max_variants)
@@ -147,7 +147,7 @@ def _swept(console: Console, source: SourceText, choices: Choices, asked: _Sweep
             count = write_sheet(job, Path(asked.sheet), progress)
         console.say(f"{asked.sheet}: {counted(count, 'picture')}")
     shown = "" if target is None else f"{target}: "
-    console.say(f"{shown}{counted(len(grid), 'variant')}: {told_counts(done.counts)}")
+    console.say(f"{shown}{counted(len(grid), 'variant')}: {counts_text(done.counts)}")
     return done
 
 

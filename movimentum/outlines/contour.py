@@ -195,7 +195,7 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        found = flattened(self.points, self.once, max(FLATTENED, OUTLINE_SAMPLED * self._rough))
+        found = flattened(self.points, self.once, OUTLINE_SAMPLED * self._rough)
         again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 

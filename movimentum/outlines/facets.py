@@ -14,6 +14,8 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
+MOST_CROSSING = 16_000_000
+"""Pairs of edges that are looked at for a crossing."""
 MOST_COMPARED = 200_000
 """Pairs of a corner and an edge that are compared at once."""
 
@@ -104,6 +106,43 @@ def nearest(p: FloatArray, q: FloatArray) -> Feature:
     return Feature(float(np.sqrt(other[j, i])), (int(i), float(on[j, i])), (int(j), 0.0))
 
 
+def crossing(points: FloatArray) -> FloatArray | None:
+    """(2,): where a polygon crosses itself; None where it does not, or has too many corners to look."""
+    count = len(points)
+    if count < 4 or count * count > MOST_CROSSING:
+        return None
+    p, q = points, np.roll(points, -1, axis=0)
+    e, least = q - p, FACETS_TOUCH * float(np.ptp(points, axis=0).max())
+    length = np.maximum(np.hypot(*e.T), LEAST_DIVISOR)[:, None]
+
+    def beyond(x: FloatArray) -> FloatArray:
+        return np.asarray(
+            (e[:, 0, None] * (x[:, 1] - p[:, 1, None]) - e[:, 1, None] * (x[:, 0] - p[:, 0, None])) / length
+        )
+
+    one, other = beyond(p), beyond(q)
+    apart = (one * other < 0.0) & (np.minimum(np.abs(one), np.abs(other)) > least)
+    found = np.argwhere(np.triu(apart & apart.T, 2))
+    if not len(found):
+        return _crossing_in_a_corner(points, e, least)
+    i, j = found[0]
+    part = one[i, j] / (one[i, j] - other[i, j])
+    return np.asarray(p[j] + part * e[j], dtype=np.float64)
+
+
+def _crossing_in_a_corner(points: FloatArray, edges: FloatArray, least: float) -> FloatArray | None:
+    """A corner in which a polygon meets itself, unless it goes round once as one that does not cross itself."""
+    before = np.roll(edges, 1, axis=0)
+    turn = before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0]
+    if abs(abs(float(np.arctan2(turn, np.sum(before * edges, axis=1)).sum())) - 2.0 * np.pi) < 1.0:
+        return None
+    off = np.hypot(points[:, None, 0] - points[:, 0], points[:, None, 1] - points[:, 1])
+    number = np.arange(len(points))
+    behind = np.abs(number[:, None] - number)
+    met = np.argwhere((off <= least) & (np.minimum(behind, len(points) - behind) > 1))
+    return points[met[0, 0]] if len(met) else None
+
+
 # --- convex ones, at once
 
 
@@ -119,7 +158,8 @@ def separations(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     n, m = outward(p), outward(q)
     here = np.min(np.einsum("nk,fmk->fnm", n, q), axis=2) - np.sum(n * p, axis=1)
     there = np.min(np.einsum("fmk,nk->fmn", m, p), axis=2) - np.sum(m * q, axis=2)
-    return here, there
+    # a point has no normals
+    return np.where(n.any(axis=-1), here, -np.inf), np.where(m.any(axis=-1), there, -np.inf)
 
 
 def convex_gaps(p: FloatArray, q: FloatArray) -> FloatArray:

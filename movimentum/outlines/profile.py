@@ -318,13 +318,15 @@ def _bends(part: _Cubic, lengths: FloatArray) -> FloatArray:
 def _contour(chain: Sequence[_Cubic], closed: bool) -> Contour:
     pieces: list[CurvePiece] = []
     count = len(chain)
+    # a turn may be rounded up to a whole one, where the last polynomial still tells how it runs
+    ends = Ends.NOTHING if closed and count == 1 else Ends.STRAIGHT
     for k, part in enumerate(chain):
         lengths = arc(part.points[:-1], part.along[:-1], part.points[1:], part.along[1:])
         grid = np.concatenate([[0.0], np.cumsum(lengths)])
         bends = _bends(part, lengths)
         x, y = (
             call("table", PLACE, payload=Table(
-                grid, np.ascontiguousarray(part.points[:, axis]), smooth=True, ends=Ends.HELD,
+                grid, np.ascontiguousarray(part.points[:, axis]), smooth=True, ends=ends,
                 slopes=np.ascontiguousarray(part.along[:, axis]), bends=np.ascontiguousarray(bends[:, axis]),
             ))
             for axis in (0, 1)

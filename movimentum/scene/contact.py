@@ -15,6 +15,7 @@ import numpy as np
 from movimentum.diagnostics import Label, insertion, replacement
 from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, symbol
 from movimentum.outlines.contour import Contour, curvature_of, put_in
+from movimentum.outlines.facets import crossing
 from movimentum.outlines.nearest import Nearest, distance
 from movimentum.outlines.shapes import circle
 from movimentum.records import dataclass
@@ -24,6 +25,7 @@ from movimentum.scene.model import AnchorCoordinate, Thing, ThingAngle
 from movimentum.scene.outlines import Circle, outline_of, pieces_of
 from movimentum.scene.values import Value, left_to_right, length_of
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Several, Vector
+from movimentum.text import number as told
 from movimentum.things.kinds.curve import Curved
 
 _OF_CURVE = frozenset({"point", "tangent", "curvature", "length"})
@@ -39,6 +41,7 @@ def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> Conta
     if node.function in _OF_CURVE:
         return _curve_named(node, known, findings)
     things: list[tuple[int, ...] | None] = []
+    named: list[Thing] = []
     for number, argument in enumerate(node.arguments):
         found = _things_in(argument, known)
         if not found and (number == 1 or _names(argument, known)) and not _is_point(node, argument, number):
@@ -54,6 +57,7 @@ def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> Conta
             return None
         if not all(_has_outline(thing, argument, findings) for thing in found):
             return None
+        named += found
     if node.function == "roll" and None in things:
         findings.error(
             "kind/mismatch", "`.roll` takes two things", node.span, helps=("write `.roll(Wheel, Road) = 0`",)
@@ -64,12 +68,32 @@ def contact_of(node: Call, known: dict[str, Thing], findings: Findings) -> Conta
         helps = ("name a thing: `.gap(Rod, Cam)`; the distance of two points is `(A.P - B.Q).l`",)
         findings.error("kind/mismatch", message, node.span, helps=helps)
         return None
+    if node.function in ("gap", "on"):
+        for thing in named:
+            _tell_crossing(thing, findings)
     pair = ContactPair(things[0], things[1])
     if not pair.pairs:
         message = f"`.{node.function}` is about two things, and this is one"
         findings.error("kind/mismatch", message, node.span)
         return None
     return pair
+
+
+def _tell_crossing(thing: Thing, findings: Findings) -> None:
+    """A warning, once, if an outline crosses itself: it has an inside only as a closed curve that does not."""
+    code = "contact/crosses"
+    if any(item.code == code and item.span == thing.name_span for item in findings.items):
+        return
+    for ring in (each for piece in pieces_of(thing) for each in piece):
+        if not isinstance(ring, Contour) or not ring.closed or ring.doubled or ring.facets.convex:
+            continue
+        met = crossing(ring.facets.points)
+        if met is not None:
+            x, y = (told(value + own, 4) for value, own in zip(met, thing.anchors[0].local, strict=True))
+            message = f"the outline of `{thing.name}` crosses itself at [{x}, {y}], so what is inside is not certain"
+            helps = ("make it of several shapes (`.body`), or `.open` and as broad as it is drawn (`.width(2)`)",)
+            findings.warning(code, message, thing.name_span, helps=helps)
+            return
 
 
 def _things_in(argument: Expression, known: dict[str, Thing]) -> list[Thing]:

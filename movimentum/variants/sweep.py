@@ -215,7 +215,7 @@ def _count(counts: Counter[VariantOutcome], rows: VariantRows) -> None:
             counts[OUTCOMES[code]] += many
 
 
-def told_counts(counts: Counter[VariantOutcome]) -> str:
+def counts_text(counts: Counter[VariantOutcome]) -> str:
     """``1,200 ok, 113 bind``."""
     words: dict[VariantOutcome, Sequence[str]] = {
         VariantOutcome.OK: ("ok", "ok"),

@@ -49,3 +49,23 @@ def test_what_makes_no_sense_is_told(text):
     for item in getattr(caught.value, "diagnostics", ()):
         assert item.code
         assert item.message
+
+
+@pytest.mark.parametrize(
+    ("place", "cord", "when"),
+    [
+        ("[250 - 80*.t, 200]", "[120,100], W, L.P", 0.875),
+        ("[150, 250 - 40*.t]", "[120,100], W, L.P", 0.5),
+        ("[250 - 80*.t, 200]", "[120,100], W, -L, [300,100]", 0.75),
+        ("[250 - 80*.t, 200]", "[120,100], W, L, [300,100]", 1.0),
+    ],
+)
+def test_a_cord_without_a_tangent_is_told_with_the_time(place, cord, when):
+    text = f"""W : .disc(30) O = [150,200]; L : .disc(10) P = [250,200];
+    @0 W.O = [150,200]; L.P = {place}; c = .cord({cord}); @1.2"""
+    with pytest.raises(NoSolutionError) as caught:
+        movimentum.loads(text).solve()
+    (error,) = (each for each in caught.value.diagnostics if each.severity == "error")
+    assert error.code == "solve/unreachable"
+    assert "no tangent" in error.message
+    assert float(error.message.split("t = ")[1].split()[0]) == pytest.approx(when, abs=1e-6)

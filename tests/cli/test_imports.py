@@ -71,6 +71,41 @@ def test_what_takes_longer_to_load_than_a_small_scene_to_solve(tmp_path: Path, c
     assert not set(line.split()) & {"numpy.ma", "movimentum.analysis.diagnose.failure"}, done.stderr
 
 
+RARELY_NEEDED = {
+    "analysis.diagnose.differential",
+    "analysis.freedom.motions",
+    "api.pictures",
+    "outlines.contour",
+    "planning.lowering.pushes",
+    "planning.structure.linear_rows",
+    "scene.text_edits",
+    "scene.wholes",
+    "solver.block.newton",
+    "solver.continuation.coincidences",
+    "solver.start.leading",
+    "timeline.joints",
+}
+"""What a linkage of dyads, which is fully driven and right, has no use for: gears, contact, freedom, Newton's method,
+what helps with errors.
+"""
+
+
+def test_a_first_solve_imports_what_its_scene_has() -> None:
+    solve = "import sys, movimentum; movimentum.load('scripts/four-bar.mov').solve(); print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", solve],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env=environment(),
+        timeout=120,
+        check=True,
+    )
+    own = {name.removeprefix("movimentum.") for name in done.stdout.split() if name.startswith("movimentum.")}
+    assert "solver.solver" in own
+    assert not own & RARELY_NEEDED
+
+
 @pytest.mark.parametrize(
     ("arguments", "module"),
     [(["--version"], None), (["check", "missing.mov"], "check"), (["golden", "check", "missing.mov"], "golden")],

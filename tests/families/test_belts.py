@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 from tests.families.test_cords import tangent
 
 HEAD = ".config(4, 600, 400);\n"
@@ -67,6 +68,38 @@ def test_a_belt_of_given_length_says_how_far_its_wheels_are_apart(seed, sign, le
     apart = motion["B.O.x"] - 100.0
     assert apart[0] == pytest.approx(far, abs=1e-9)
     assert [length(d, one, other) for d in apart] == pytest.approx(total + 5.0 * motion.times, abs=1e-9)
+
+
+@broad(("seed", "scale"), [(seed, (1.0, 0.01, 1000.0)[seed % 3]) for seed in range(30)], first=3)
+def test_a_belt_about_any_wheels_and_idlers_is_as_long_as_its_parts(seed, scale):
+    """Wheels about a circle, in the order of the clock, some with an idler between that presses inward; all of it turns
+    and grows.
+    """
+    random = np.random.default_rng(700 + seed)
+    count = int(random.integers(2, 6))
+    round_ = 200.0 * scale
+    stops, things, names = [], [], []
+    for k in range(count):
+        at = round_ * cmath.exp(-2j * math.pi * (k + float(random.uniform(-0.15, 0.15))) / count)
+        stops.append((at, float(random.uniform(15.0, 35.0)) * scale))
+        if random.random() < 0.4 and count > 2:
+            middle = round_ * 0.5 * cmath.exp(-2j * math.pi * (k + 0.5) / count)
+            stops.append((middle, -float(random.uniform(5.0, 10.0)) * scale))
+    for n, (_, radius) in enumerate(stops):
+        things.append(f"W{n} : .disc({abs(radius)!r}) O = [0,0];")
+        names.append(f"{'-' * (radius < 0)}W{n}")
+    x, y = np.round(random.uniform(-100.0, 100.0, 2) * scale, 4).tolist()
+    fixed = " ".join(
+        f"W{n}.angle = 0; W{n}.O = [{x!r},{y!r}] + ([{at.real!r},{at.imag!r}]*(1 + .t/10)).r(77*.t);"
+        for n, (at, _) in enumerate(stops)
+    )
+    motion = loaded(f"{' '.join(things)}\n@0 {fixed} c = .cord({', '.join([*names, names[0]])});\n@5").solve()
+    for t, told in zip(motion.times, motion["c"], strict=True):
+        moved = [(at * (1.0 + t / 10.0), radius) for at, radius in stops]
+        off = told - round_trip(moved)
+        # an idler that the belt leaves has less than no wrap, where the truth begins again at a whole turn
+        left = [0.0, *(2.0 * math.pi * radius for _, radius in stops if radius < 0.0 < t)]
+        assert min(abs(off - each) for each in left) < 1e-9 * round_
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -34,7 +34,6 @@ def codes(text: str, folder: Path) -> list[int]:
 
 @settings(
     max_examples=8,
-    deadline=None,
     derandomize=True,
     database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

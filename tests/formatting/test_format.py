@@ -158,13 +158,13 @@ def test_long_scripts_take_time_in_proportion() -> None:
     same(one_line.replace(";", ";\n"))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.sampled_from(SMALL), st.integers(0, 10**9), st.floats(0, 1))
 def test_white_space_and_comments_anywhere(path, seed: int, share: float) -> None:
     same_if_valid(disturbed(text_of(path), seed, share))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 10**9), st.integers(0, 10**9))
 def test_any_script(seed: int, other: int) -> None:
     text = Anything(seed).script()

@@ -79,6 +79,28 @@ C : .bar M = [150,60] N = [150,140] .width(8){c};
     assert overlaps(gears.format(how="H.angle = -20*.t;"))
 
 
+@pytest.mark.parametrize(("held", "excused"), [(".on(Arm.P, Plate) = 0;", True), ("g = .on(Arm.P, Plate);", False)])
+def test_a_pin_about_a_point_that_is_held_to_an_outline_is_excepted(held, excused):
+    text = f"""Plate : .curve C = [100,100] .polar(th, 60 + 9*.cos(2*th));   Pin : .disc(6) C = [160,100];
+Arm : .bar P = [160,100] Q = [260,100] .width(8);   Post : .disc(5) C = [95,100];
+@0 Plate.C = [100,100]; Plate.angle = 40*.t; Arm.P.y = 100; Arm.angle = 0; {held}
+   {"" if excused else "Arm.P.x = 165;"} Arm.P.x > 100; Pin.C = Arm.P; Post.C = [95,100];
+@1"""
+    found = {each.things for each in overlaps(text)}
+    assert (("Plate", "Pin") in found) is not excused
+    assert ("Plate", "Post") in found
+
+
+@pytest.mark.parametrize("place", [95, 110, 130, 155])
+@pytest.mark.parametrize("shape", [".polar(th, 60)", ".param(u, [60*.cos(u), 60*.sin(u)])"])
+def test_a_disc_deep_in_a_convex_curve_overlaps_as_in_a_disc(place, shape):
+    (found,) = overlaps(f"""Plate : .curve C = [100,100] {shape};   Post : .disc(5) C = [{place},100];
+@0 Plate.C = [100,100]; Plate.angle = 40*.t; Post.C = [{place},100];
+@1""")
+    assert found.things == ("Plate", "Post")
+    assert found.depth == pytest.approx(65 - abs(place - 100), rel=0.005)  # so deep, that of a polygon in place of it
+
+
 @broad("seed", range(8), first=2)
 def test_scaled_moved_and_mirrored_scenes_overlap_at_the_same_times(seed):
     random = np.random.default_rng(seed)
@@ -129,3 +151,33 @@ Disc : .disc(10) C = [200,{y}];
         (found,) = overlaps(text.format(y=y))
         assert found.deepest == pytest.approx(0.0, abs=1e-6)
         assert found.depth == pytest.approx(300 + math.sqrt(99) - y, rel=1e-3)
+
+
+@broad("seed", range(10), first=2)
+def test_the_round_end_of_a_bar_touches_a_curve_when_its_distance_says(seed):
+    random = np.random.default_rng(300 + seed)
+    a, b = (float(v) for v in random.uniform(25.0, 60.0, 2))
+    width, way = float(random.uniform(4.0, 12.0)), float(random.uniform(-25.0, 25.0))
+    text = f"""
+Egg : .curve C = [0,0] .param(u, [{a!r}*.cos(u), {b!r}*.sin(u)]);
+Bar : .bar P = [100,{way!r}] Q = [200,{way!r}] .width({width!r});
+@0 Egg.C = [0,0];   Egg.angle = 0;   Bar.P = [100 - 80*.t, {way!r}];   Bar.angle = 0;
+@1
+"""
+    (found,) = movimentum.loads(text).solve(fps=3).overlaps()
+    u = np.linspace(-1.5, 1.5, 4001)
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        t = 0.5 * (low + high)
+
+        def apart(u, x=100.0 - 80.0 * t):
+            return np.hypot(x - a * np.cos(u), way - b * np.sin(u)) - width / 2.0
+
+        near = float(u[np.argmin(apart(u))])
+        one, other = near - 1e-3, near + 1e-3
+        for _ in range(80):
+            p, q = one + (other - one) / 3.0, other - (other - one) / 3.0
+            one, other = (one, q) if apart(p) < apart(q) else (p, other)
+        inside = ((100.0 - 80.0 * t) / a) ** 2 + (way / b) ** 2 < 1.0
+        low, high = (low, t) if inside or apart(0.5 * (one + other)) <= 0.0 else (t, high)
+    assert found.begin == pytest.approx(low, abs=1e-9)

@@ -83,7 +83,7 @@ def expressions(depth=4):
     return st.recursive(leaf, extend, max_leaves=2**depth)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(expressions())
 def test_generated_code_computes_what_the_nodes_say(root):
     function = compiled([root], Clocks())
@@ -94,7 +94,7 @@ def test_generated_code_computes_what_the_nodes_say(root):
     assert np.broadcast_to(many, 5) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(expressions(), st.sampled_from([0, 1, 2]))
 def test_derivatives_agree_with_differences(root, unknown):
     with mp.workdps(80):  # so that a step can be short enough for whatever oscillates
@@ -117,7 +117,7 @@ def test_what_is_affine_is_told_from_what_only_has_a_constant_slope() -> None:
     assert affine(ex.div(y, x), 0) is None
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(expressions())
 def test_polynomials_are_the_same_function(root):
     form = poly.from_expression(root)

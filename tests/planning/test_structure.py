@@ -19,7 +19,7 @@ ROWS = st.integers(1, 12).flatmap(
 )
 
 
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=75)
 @given(ROWS)
 def test_matchings_are_maximum_and_consistent(case):
     rows, columns = case
@@ -34,7 +34,7 @@ def test_matchings_are_maximum_and_consistent(case):
     assert sum(column >= 0 for column in of_row) == len(best) // 2
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(ROWS)
 def test_earlier_rows_win(case):
     # the matched rows are the lexicographically first independent set: every prefix is matched as well as it can be
@@ -50,7 +50,7 @@ GRAPHS = st.integers(1, 12).flatmap(
 )
 
 
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=75)
 @given(GRAPHS)
 def test_strong_components_come_in_the_order_of_solving(successors):
     components = strong_components(successors)

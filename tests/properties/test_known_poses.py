@@ -13,7 +13,7 @@ from movimentum.scene.model import AnchorCoordinate, Relation, ThingAngle, Varia
 from tests.properties.scenes import grown, known_poses
 from tests.solver.scenes import motion_of, residuals, rigidity, value
 
-STEADY = settings(derandomize=True, deadline=None, max_examples=10)
+STEADY = settings(derandomize=True, max_examples=10)
 
 
 def frames(text, fps=None):
@@ -140,7 +140,7 @@ def null_space_size(motion, poses, frame):
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=10)
+@settings(derandomize=True, max_examples=10)
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(0, 3))
 def test_the_reported_freedom_is_the_null_space_of_an_independent_jacobian(seed, count, dropped):
     built = grown(seed, count)

@@ -70,3 +70,16 @@ def test_rigid_things_are_listed_with_their_lengths() -> None:
 def test_another_word_is_refused() -> None:
     with pytest.raises(MovimentumError):
         answer(opened(str(SCRIPTS / "four-bar.mov"), Choices()), "plan equations")
+
+
+@pytest.mark.parametrize("tool", [".bar A = [150,150] B = [150,250] .width(12)", ".disc(10) A = [150,150]"])
+def test_equations_of_a_contact_are_shown(tool: str, tmp_path: Path) -> None:
+    path = tmp_path / "cam.mov"
+    path.write_text(f"""Cam : .curve C = [150,100] .polar(th, 40 + 9*.cos(2*th));   Rod : {tool};
+@0 Cam.C = [150,100]; Cam.angle = 90*.t; Rod.A.x = 150; Rod.angle = 0; Rod.A.y > 100; .gap(Rod, Cam) = 0;
+   lean = .a(.tangent(Cam, .where(Rod.A, Cam)), [-1, 0]);
+@1
+""")
+    shown = answer(opened(str(path), Choices()), "plan --equations")[1]
+    assert "solve" in str(shown)
+    assert "internal" not in str(shown)

@@ -64,7 +64,7 @@ def test_many_statements_just_work() -> None:
 
 
 @given(st.text(max_size=200))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_any_text(text: str) -> None:
     try:
         found: ScriptTree | ScriptError = parse(SourceText("any", text))
@@ -108,7 +108,7 @@ PIECES = [
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join))
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=75)
 def test_any_heap_of_the_languages_own_pieces(text: str) -> None:
     codes_of(text)  # raises nothing else
 

@@ -291,14 +291,14 @@ def assert_comes_back(tree) -> None:
 
 
 @given(expressions)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_expressions_come_back(tree) -> None:
     assert_comes_back(tree)
 
 
 @pytest.mark.slow
 @given(expressions)
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 def test_many_expressions_come_back(tree) -> None:
     assert_comes_back(tree)
 
@@ -307,14 +307,14 @@ trees = st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found)))
 
 
 @given(trees)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 
 
 @pytest.mark.slow
 @given(trees)
-@settings(max_examples=125, deadline=None)
+@settings(max_examples=125)
 def test_many_scripts_come_back(tree: ScriptTree) -> None:
     assert script_of(script_text(tree)) == tree
 

@@ -32,10 +32,10 @@ def ambiguities(trials: Trials, index: int) -> Iterator[Diagnostic]:
             continue
         for part in beginning.selection.parts:
             if part.decided_by in ("drawn", "closed"):
-                yield from _told(trials, index, beginning, part)
+                yield from _diagnostics(trials, index, beginning, part)
 
 
-def _told(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> Iterator[Diagnostic]:
+def _diagnostics(trials: Trials, index: int, beginning: PathBeginning, part: Part) -> Iterator[Diagnostic]:
     from movimentum.analysis.diagnose.equal_solutions import loose_variables, solutions_of
 
     segment_motion = trials.motion.segments[index]

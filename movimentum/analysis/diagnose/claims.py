@@ -244,10 +244,10 @@ def _runs(frames: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
 def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     """An error for each claim that does not hold."""
     for broken in broken_claims(motion):
-        yield _told(broken, motion.size, motion.timeline.scene.source)
+        yield _diagnostic(broken, motion.size, motion.timeline.scene.source)
 
 
-def _told(broken: Broken, size: float, source: SourceText) -> Diagnostic:
+def _diagnostic(broken: Broken, size: float, source: SourceText) -> Diagnostic:
     from movimentum.scene.text_edits import tolerated
 
     claim = broken.claim

@@ -37,7 +37,7 @@ STEPS, CORRECTIONS = 80, 4
 FIRST_STEP, LONGEST_STEP = 0.05, 0.5
 """In units of the unknowns' scale."""
 FAR = 12.0
-"""Of the scene's size: a cord that can be longer has no longest length that anybody asks for."""
+"""Of the scene's size, and of the cord: one that can be longer has no longest length that anybody asks for."""
 INSIDE = 1e-2
 """Of the length, or of the room for it: how far inside a length is that is offered."""
 STATED = re.compile(r"([^=]*=)[^=;]*?((?:\s*\.grips\b[^;]*)?\s*;?)", re.DOTALL)
@@ -110,13 +110,16 @@ def possible_lengths(
                 return None
             row = max(own, key=lambda i: max(demands.rows[i].equations))  # before it those of its turns
             walk = _WithoutCord(demands, row, cord, stated if item.left[0].value is None else -stated)
-            ends = [end for start in walk.starts() for end in (walk.end(start, -1.0), walk.end(start, 1.0))]
+            starts = walk.starts()
+            far = FAR * max([plan.size, *(walk.length(start) for start in starts)])
+            shortest, longest = ([walk.end(start, way, far) for start in starts] for way in (-1.0, 1.0))
         except OutOfEffortError:
             return None
-    if not ends:
+    if not starts:
         return None
-    longest = max(ends)
-    return Lengths(min(ends), longest if longest <= FAR * plan.size else np.inf)
+    # where only some ways go on without end, they go round a wheel over and over
+    ended = [each for each in longest if each <= far]
+    return Lengths(min(shortest), max(ended, default=np.inf))
 
 
 class _WithoutCord:
@@ -126,7 +129,6 @@ class _WithoutCord:
         self.demands, self.stated = demands, stated
         self.fitting = Fitting(demands, [i for i in range(len(demands.rows)) if i != row])
         self.place = row - demands.linear
-        self.whole = Fitting(demands, range(len(demands.rows)))
         system = demands.plan.system
         wraps = [wrap.angle for wrap in CordParts(system.scene, cord).wraps if not wrap.drum]
         known = [angle for angle in wraps if {*symbols(angle)} <= system.number_of.keys()]
@@ -207,10 +209,15 @@ class _WithoutCord:
 
         return above(self.wraps, -UNWRAPPED_DEG) and above(self.sides, least)
 
-    def end(self, z: FloatArray, sign: float) -> float:
-        """The longest length (``sign`` 1) or the shortest one (-1) on the way from coordinates ``z``."""
+    def length(self, z: FloatArray) -> float:
+        """That of the cord at coordinates ``z``."""
+        return abs(self._at(z)[2])
+
+    def end(self, z: FloatArray, sign: float, far: float) -> float:
+        """The longest length (``sign`` 1) or the shortest one (-1) on the way from coordinates ``z``, which ends where
+        it is more than ``far``.
+        """
         step = FIRST_STEP
-        far = FAR * self.demands.plan.size
         _, slopes, length, uphill = self._at(z)
         for _ in range(STEPS):
             if not np.isfinite(uphill).all():

@@ -48,7 +48,9 @@ def slack(motion: PathMotion) -> Iterator[Diagnostic]:
 
 
 def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
-    """Of each cord among ``items`` how long it is as everything is drawn, and how long it is to be."""
+    """Of each cord among ``items`` how long it is as everything is drawn, and how long it is to be; or that it has no
+    tangents.
+    """
 
     def turned(node: Expr) -> Expr | None:
         bearing = node.payload
@@ -66,6 +68,9 @@ def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
             if length > 0.0:
                 asked = "" if stated is None else f", and {number(stated)} is stated"
                 yield f"as everything is drawn, `{symbol_name(scene, cord)}` is {number(length)} px long{asked}"
+            else:
+                inside = "a wheel of it reaches beyond the next point or wheel"
+                yield f"as everything is drawn, there is no tangent for `{symbol_name(scene, cord)}`: {inside}"
 
 
 def _first_below(segment_motion: SegmentMotion, wrap: Wrap) -> float | None:

@@ -22,7 +22,9 @@ from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import reader_of
 from movimentum.records import replace
+from movimentum.scene.leaves import cords_of
 from movimentum.scene.model import Constraint, Scene, Thing
+from movimentum.scene.names import symbol_name
 from movimentum.scene.text_edits import added, turned_round
 from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
@@ -244,7 +246,7 @@ def _contradiction(
         span=last.span if last is not None else (labels[0].span if labels else None),
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
-        notes=(f"smallest conflicting set{rest}",),
+        notes=(f"smallest conflicting set{rest}", *as_drawn(scene, chosen)),
         fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
     ).advised(*helps, *(("change or drop one of these constraints",) if chosen else ()))
 
@@ -332,6 +334,17 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
     left = table_left(segment_motion, block, tau)
     if left is not None:
         return replace(left, span=spans[-1] if spans else None)
+    scene = plan.system.scene
+    cords = [cord for item in scene.constraints() if item.number in numbers for cord in cords_of(item)]
+    if cords:
+        return Diagnostic(
+            code="solve/unreachable",
+            severity=Severity.ERROR,
+            message=f"there is no tangent for `{symbol_name(scene, cords[0])}` {when}",
+            span=spans[-1] if spans else None,
+            notes=("a wheel of it reaches beyond the next point or wheel",),
+            helps=("keep points outside of its wheels, and wheels that it crosses between apart",),
+        )
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
     if isinstance(block, Integral):
         name, note = "the integral in this statement", "a pole of what is integrated, " + note

@@ -37,7 +37,7 @@ class Jump:
 def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     """A warning for each jump in segment number ``index``."""
     for jump in found_jumps(motion, index):
-        yield _told(motion.segments[index], jump.beginning, jump.thing, jump.amount, jump.note)
+        yield _diagnostic(motion.segments[index], jump.beginning, jump.thing, jump.amount, jump.note)
 
 
 def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
@@ -89,7 +89,9 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
     return snapshot(segment_motion.plan, state, segment_motion.base.now, 0)
 
 
-def _told(segment_motion: SegmentMotion, beginning: PathBeginning, thing: int, amount: str, note: str) -> Diagnostic:
+def _diagnostic(
+    segment_motion: SegmentMotion, beginning: PathBeginning, thing: int, amount: str, note: str
+) -> Diagnostic:
     scene = segment_motion.plan.system.scene
     name = scene.things[thing].name
     when = time_text(float(segment_motion.segment.start) + beginning.time)

@@ -102,7 +102,7 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
             if bad.any():
                 place = int(np.argmax(bad))
                 del rest[item.constraint.number]
-                yield _told(item, float(distances[place]), poses, place)
+                yield _diagnostic(item, float(distances[place]), poses, place)
 
 
 def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
@@ -149,7 +149,7 @@ def meshings(scene: Scene) -> Iterator[Meshing]:
                 yield Meshing(item, first, second)
 
 
-def _told(item: Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
+def _diagnostic(item: Meshing, distance: float, poses: Poses, i: int) -> Diagnostic:
     first, second, fits = item.first, item.second, item.fitting
     when = time_text(float(poses.times[i]))
     if first.kind is RACK:

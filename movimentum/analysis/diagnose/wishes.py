@@ -45,7 +45,7 @@ def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
     lives = _lives(motion)
     evaluated = _Evaluated()
     for life in lives[:MOST]:
-        found = _told(motion, life, evaluated)
+        found = _diagnostic(motion, life, evaluated)
         if found is not None:
             yield found
     if len(lives) > MOST:
@@ -82,7 +82,7 @@ class _Evaluated:
         return self._found
 
 
-def _told(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
+def _diagnostic(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
     times: list[FloatArray] = []
     offs: list[FloatArray] = []
     for segment_motion, errors in life.segments:

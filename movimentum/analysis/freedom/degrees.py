@@ -95,7 +95,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
     moment = generic_moment(segment_motion) if blocks else None
     if moment is None:
         return []
-    from movimentum.analysis.freedom.motions import motions_of, told_by
+    from movimentum.analysis.freedom.motions import described_by, motions_of
     from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
 
     piece, tau = moment
@@ -105,7 +105,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
         state, _ = piece.evaluate(instants)
         for block in blocks:
             x = values_of(block, state)
-            one = at_one(state, told_by(segment_motion.plan, block))
+            one = at_one(state, described_by(segment_motion.plan, block))
             scale = scale_of(segment_motion.plan, block.core)
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()

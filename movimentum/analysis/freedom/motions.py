@@ -45,7 +45,7 @@ class FreeMotion:
     drawn: bool = False
 
 
-def told_by(plan: Plan, block: Newton) -> set[int]:
+def described_by(plan: Plan, block: Newton) -> set[int]:
     """The unknowns that describe a block's free motions: its pose, and what is measured of it."""
     return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
 
@@ -63,7 +63,7 @@ def motions_of(
     if not free.shape[1]:
         return ()
     moment = _FreeMoment(plan, block, one)
-    return tuple(_told(moment, v, drawn) for v, drawn in _basis(moment, clocks, x, free, scale))
+    return tuple(_free_motion(moment, v, drawn) for v, drawn in _basis(moment, clocks, x, free, scale))
 
 
 def _basis(
@@ -103,7 +103,7 @@ def free_directions(
 ) -> list[tuple[FreeMotion, FloatArray]]:
     """Each free motion of a block at core values ``x`` (n,), and its velocity (n,)."""
     scale = scale_of(plan, block.core)
-    one = at_one(state, told_by(plan, block))
+    one = at_one(state, described_by(plan, block))
     _, rank, free = rank_at(block, one, tuple(clocks), x, scale)
     if rank == len(x):
         return []
@@ -112,7 +112,7 @@ def free_directions(
         one[n] = np.array([value])
     fill_explicit(block, one, clocks)
     moment = _FreeMoment(plan, block, one)
-    return [(_told(moment, v, drawn), v) for v, drawn in _basis(moment, clocks, x, free, scale)]
+    return [(_free_motion(moment, v, drawn), v) for v, drawn in _basis(moment, clocks, x, free, scale)]
 
 
 def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
@@ -249,7 +249,7 @@ def _measured_by(plan: Plan) -> dict[int, list[int]]:
     return found
 
 
-def _told(moment: _FreeMoment, velocity: FloatArray, drawn: bool) -> FreeMotion:
+def _free_motion(moment: _FreeMoment, velocity: FloatArray, drawn: bool) -> FreeMotion:
     """A velocity (n,) of a block's core at one instant, in words."""
     plan, block, one = moment.plan, moment.block, moment.one
     system = plan.system

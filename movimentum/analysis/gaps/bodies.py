@@ -19,6 +19,7 @@ from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle, V
 from movimentum.scene.outlines import Circle, rings_of
 from movimentum.solver.poses import Poses
 from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, RIM, Toothed
 from movimentum.timeline.model import Segment
 from movimentum.tolerances import STAYS_PINNED
@@ -127,15 +128,25 @@ def excused(scene: Scene, segment: Segment, bodies: Sequence[GapBody], poses: Po
     for item in meshings(scene):
         if any(each.number == item.constraint.number for each in segment.active):
             _mark(found, place, {item.first.number, item.second.number})
+    pinned = _pinned(bodies, poses)
+    round_ones = {(body.thing.number, 0) for body in bodies if isinstance(body.thing.own, Round)}
     for constraint in segment.active:
         if constraint.touches and not isinstance(constraint.left[0].payload, VariableComponent):  # a variable reads
             leaves = symbols(*constraint.left, *constraint.right)
             _mark(found, place, {each.thing for each in leaves if isinstance(each, AnchorCoordinate | ThingAngle)})
+            # a pin or a roller about a point that is held to an outline
+            outlines = {each.thing for each in leaves if isinstance(each, ThingAngle)}
+            points = {(each.thing, each.anchor) for each in leaves if isinstance(each, AnchorCoordinate)}
+            held = {point for point in points if point[0] not in outlines}
+            for group in pinned:
+                if group & held:
+                    for thing, _ in group & round_ones:
+                        _mark(found, place, outlines | {thing})
     if not all_layers:
         layers = np.array([np.nan if body.thing.look.layer is None else body.thing.look.layer for body in bodies])
         found |= np.abs(layers[:, None] - layers[None]) > 0.0  # not a number differs from nothing
-    for owners in _pinned(scene, bodies, poses):
-        _mark(found, place, owners)
+    for group in pinned:
+        _mark(found, place, {thing for thing, _ in group})
     return found
 
 
@@ -144,14 +155,14 @@ def _mark(found: BoolArray, place: dict[int, int], things: set[int]) -> None:
     found[np.ix_(numbers, numbers)] = True
 
 
-def _pinned(scene: Scene, bodies: Sequence[GapBody], poses: Poses) -> list[set[int]]:
-    """Things that have an anchor at one and the same place in all these poses."""
-    owners: list[int] = []
+def _pinned(bodies: Sequence[GapBody], poses: Poses) -> list[set[tuple[int, int]]]:
+    """Anchors (thing, its number there) of several things that are at one and the same place in all these poses."""
+    owners: list[tuple[int, int]] = []
     paths: list[FloatArray] = []
     some = slice(None, None, max(1, 2 * len(poses.times) // MOST_COMPARED))
     for body in bodies:
-        for anchor in body.thing.anchors:
-            owners.append(body.thing.number)
+        for number, anchor in enumerate(body.thing.anchors):
+            owners.append((body.thing.number, number))
             paths.append(poses.world(body.thing.number, anchor.local)[some].reshape(-1))
     if not paths:
         return []
@@ -166,7 +177,8 @@ def _pinned(scene: Scene, bodies: Sequence[GapBody], poses: Poses) -> list[set[i
             ends = np.nonzero(np.diff(column[order]) > near)[0] + 1
             parted += [own for own in np.split(order, ends) if len(own) > 1] if len(ends) else [group]
         groups = parted
-    return [things for group in groups if len(things := {owners[k] for k in group.tolist()}) > 1]
+    found = [{owners[k] for k in group.tolist()} for group in groups]
+    return [anchors for anchors in found if len({thing for thing, _ in anchors}) > 1]
 
 
 MOST_COMPARED = 60

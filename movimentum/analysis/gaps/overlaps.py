@@ -27,6 +27,8 @@ from movimentum.tolerances import GAP_CLOSED, GAP_TOUCHES, INSTANT_ROUNDS, OVERL
 
 HALVINGS = 14
 ROOT_STEPS, FALSE_POSITIONS = 64, 20
+WIDENINGS = 6
+"""How often an interval with a root is made wider, in which the curves have none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,6 +219,8 @@ def _settled(pairs: GapPairs, ends: GapIntervals) -> tuple[GapIntervals, GapInte
 def _roots(pairs: GapPairs, ends: GapIntervals) -> FloatArray:
     """When the distance is 0 in each interval: false position (Illinois), kept between the ends."""
     a, b, fa, fb = ends.begin.copy(), ends.end.copy(), ends.first.copy(), ends.last.copy()
+    _widen(pairs, ends, a, fa, -1.0)
+    _widen(pairs, ends, b, fb, 1.0)
     root = np.where(np.abs(fa) < np.abs(fb), a, b)
     alive = np.asarray((fa * fb < 0.0), dtype=np.bool_)
     side = np.zeros(len(a))
@@ -239,6 +243,22 @@ def _roots(pairs: GapPairs, ends: GapIntervals) -> FloatArray:
         side[some] = np.where(left, 1.0, -1.0)
         alive[some[np.abs(value) <= GAP_CLOSED * pairs.scale]] = False
     return root
+
+
+def _widen(pairs: GapPairs, ends: GapIntervals, at: FloatArray, value: FloatArray, way: float) -> None:
+    """Take the distances of the curves themselves at one end of each interval, and move that end on where it is not on
+    the side of 0 on which the polygons are: the curves touch before or after.
+    """
+    rough = np.nonzero(~pairs.exact[ends.pair])[0]
+    positive = value > 0.0
+    for step in range(WIDENINGS):
+        if not len(rough):
+            return
+        value[rough] = _exactly(pairs, ends.pair[rough], at[rough])
+        rough = rough[(value[rough] > 0.0) != positive[rough]]
+        wide = (ends.end - ends.begin)[rough] * 2.0**step
+        first, last = pairs.tracks.nodes[0], pairs.tracks.nodes[-1]
+        at[rough] = np.clip(at[rough] + way * wide, first, last)
 
 
 def _exactly(pairs: GapPairs, pair: IntArray, tau: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from movimentum.expressions import Expr, symbols, walk
 from movimentum.expressions.operations import column
 from movimentum.expressions.tables import Ends, Table
 from movimentum.planning.blocks.kinds import Integral, Ode, Winding
+from movimentum.planning.lowering.calculus import FOUND_ANEW
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
@@ -293,6 +294,9 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
                 made[node] = to_sympy(origin, leaf, made)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
+        elif node.op in FOUND_ANEW and not all(made[arg].is_number for arg in node.args):
+            # no formula says where two outlines are nearest
+            made[node] = sympy.Function("place")(*(made[arg] for arg in node.args))
         else:
             payload = () if node.payload is None else (node.payload,)
             made[node] = functions[node.op](*(made[arg] for arg in node.args), *payload)

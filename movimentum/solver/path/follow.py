@@ -14,8 +14,7 @@ from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, ended
 from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import kernels
-from movimentum.solver.kinds.linear import undefined
-from movimentum.solver.path.ends import past_ends
+from movimentum.solver.path.ends import past_ends, undefined
 from movimentum.solver.path.piece import Piece
 
 

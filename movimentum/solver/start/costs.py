@@ -27,11 +27,12 @@ def squared(value: Any) -> Any:
 
 def pair(value: Any) -> tuple[float, float]:
     """A value at the two instants: what is a number, or one array of one, is the same at both."""
-    values: Any = np.asarray(value).tolist()
-    if not isinstance(values, list):
-        return values, values
-    one, *more = values
-    return one, more[0] if more else one
+    array = np.asarray(value)
+    if array.size == 1:
+        one = float(array.item())
+        return one, one
+    now, later, *_ = array.tolist()
+    return now, later
 
 
 class Measures:
