@@ -39,7 +39,7 @@ class Signs:
     def __init__(self, stride: Stride, which: Rows, loose: BoolArray, closed: float) -> None:
         now = stride.instants
         self.stride, self.which = stride, which
-        others = np.setdiff1d(np.arange(now.pushes.shape[1]), which).astype(np.intp)
+        others = np.setdiff1d(np.arange(int(now.pushes.shape[1])), which).astype(np.intp)
         forces = pressing(now, which, stride.rates)
         largest = np.max(np.abs(forces), axis=(0, 2), initial=0.0)[None, :, None]
         # what presses at one level cannot open for those below it
@@ -60,9 +60,9 @@ class Signs:
 
     def suspects(self, until: float) -> Iterator[tuple[float, float]]:
         """Times at which a sign may be negative, no later than ``until``, each with one before at which none is."""
-        below = np.concatenate(
-            [(finely(self.coefficients) < -self.rounding) & self.smooth, self.values < -self.rounding]
-        ).any(axis=1)[_ORDER]
+        finer: BoolArray = (finely(self.coefficients) < -self.rounding) & self.smooth
+        each: BoolArray = np.concatenate([finer, self.values < -self.rounding])[_ORDER]
+        below = np.asarray(each.any(axis=1), dtype=np.bool_)
         below[0] = False
         end = self.share(until)
         last = int(np.searchsorted(_PLACES, end, side="right")) - 1
@@ -88,8 +88,9 @@ class Signs:
         w0, w1 = self.share(low), self.share(high)
         first, last = basis(np.array([w0, w1])) @ self.coefficients
         found: list[tuple[float, int]] = []
+        smooth: list[bool] = np.asarray(self.smooth, dtype=np.bool_).tolist()
         for sign in np.nonzero(np.isin(self.contacts, contacts) & (last < 0.0))[0].tolist():
-            if not self.smooth[sign]:
+            if not smooth[sign]:
                 return contacts
             own = self.coefficients[:, sign]
             ends = (w0, float(first[sign])), (w1, float(last[sign]))

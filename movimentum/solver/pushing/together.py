@@ -84,7 +84,7 @@ def pressing(now: StepInstants, which: Rows, v: FloatArray) -> FloatArray:
     metric = now.metric
     white, _ = metric.whitening
     y = v @ metric.unwhitening.T
-    wide, _ = scaled(now.rows @ white, np.ones(white.shape[1]))
+    wide, _ = scaled(now.rows @ white, np.ones(len(white)))
     free = _split(wide)[1]
     pushes = now.pushes[:, which] @ white
     found: list[FloatArray] = []
@@ -116,7 +116,8 @@ def _forces(pushes: FloatArray, free: FloatArray, gradient: FloatArray) -> Float
     """(F, k) what the rows (F, k, n) press with in the ``free`` directions (F, n, n) to bear a gradient (F, n)."""
     rows, lengths = _seen(pushes @ free, pushes)
     unit = rows / np.maximum(lengths, LEAST_DIVISOR)
-    forces: FloatArray = np.linalg.solve(_gram(unit), _times(unit, gradient)[..., None])[..., 0]
+    solved = np.linalg.solve(_gram(unit), _times(unit, gradient)[..., None])
+    forces = np.asarray(solved[..., 0], dtype=np.float64)
     borne = np.linalg.norm(_times(np.swapaxes(unit, 1, 2), forces), axis=1)
     return np.where((borne > PUSH_HOLDS * np.linalg.norm(gradient, axis=1))[:, None], forces, 0.0)
 
