@@ -182,7 +182,7 @@ class Freeing:
     def _free(self, x: FloatArray) -> FloatArray:
         """(n, f): the free motions at a pose, a step of one in units of the unknowns' scale."""
         white, _ = self.metric.whitening
-        rows, _ = scaled(self.problem.jacobian(x[None]) @ white, np.ones(white.shape[1]))
+        rows, _ = scaled(self.problem.jacobian(x[None]) @ white, np.ones(len(white)))
         _, free, _ = null_space(rows[0])
         frame = white @ free
         largest = np.max(np.abs(frame) / self.problem.scale[:, None], axis=0, initial=0.0)
@@ -200,7 +200,7 @@ class Freeing:
             frame = self._free(x)
             units = frame / self.problem.scale[:, None]
             ahead = (x - before) / self.problem.scale
-            way = frame @ np.linalg.lstsq(units, ahead, rcond=None)[0]
+            way = np.asarray(frame @ np.linalg.lstsq(units, ahead, rcond=None)[0], dtype=np.float64)
             way = way / max(float(np.max(np.abs(way) / self.problem.scale)), LEAST_DIVISOR)
         return None
 
