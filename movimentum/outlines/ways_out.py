@@ -7,6 +7,8 @@ it, at which nothing overlaps any more.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
@@ -54,7 +56,7 @@ class Convolution:
         place = np.concatenate([k, c])
         order = np.argsort(place, kind="stable")
         here, there = np.concatenate([i, n]), np.concatenate([j, m])
-        return Convolution(*(each[order] for each in (begin, way, place, here, there, of_edge)))
+        return Convolution(begin[order], way[order], place[order], here[order], there[order], of_edge[order])
 
     def feature(self, k: int, at: float, value: float, moved: FloatArray) -> Feature:
         """The way out at part number k."""
@@ -166,8 +168,8 @@ def _into_bowl(p: FloatArray, q: FloatArray) -> Feature:
             tight.append(int(np.argmin(high)))
     i = int(order[max(tight, key=lambda each: float(n[each] @ x))])
     j, edge = int(corner[i]), np.roll(p, -1, axis=0)[i] - p[i]
-    part = float(np.dot(q[j] + x - p[i], edge) / max(float(np.dot(edge, edge)), LEAST_DIVISOR))
-    return Feature(-float(np.hypot(*x)), (i, min(max(part, 0.0), 1.0)), (j, 0.0), (float(x[0]), float(x[1])))
+    part = float(np.dot(q[j] + x - p[i], edge)) / max(float(np.dot(edge, edge)), LEAST_DIVISOR)
+    return Feature(-math.hypot(x[0], x[1]), (i, min(max(part, 0.0), 1.0)), (j, 0.0), (float(x[0]), float(x[1])))
 
 
 def _crossings(
