@@ -22,8 +22,8 @@ EFFORT = 1e8
 
 
 def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnostic | None:
-    """An error for an equation that has no unknown left and does not hold where the segment begins, if nothing else
-    says why; None where there is none.
+    """An error for the gap of two circles that has no unknown left and does not hold where the segment begins, if
+    nothing else says why; None where there is none.
 
     The gap of two circles about one centre changes by nothing for any small motion of theirs, so that no set of
     constraints is found that pulls against it.
@@ -32,7 +32,8 @@ def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnost
     checks = [item.check for item in selection.rejections if item.check is not None]
     found = [constraint_of(segment_motion, plan.system.equations[each].constraint) for each in checks]
     item = next((each for each in found if each is not None), None)
-    if item is None:
+    discs = () if item is None else _discs(plan.system.scene, item)
+    if item is None or not discs:
         return None
     with np.errstate(all="ignore"):
         try:
@@ -46,18 +47,17 @@ def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnost
             return None
         off = apart(demands, item.number, fit.u[0])
     when = time_text(float(segment_motion.segment.start))
-    discs = _discs(plan.system.scene, item)
-    what = "these circles have one centre" if discs else "everything in this statement is fixed by others"
-    note = "about one centre they have the same gap whichever way one looks: nothing moves them to where they touch"
     return Diagnostic(
         code="constraint/conflict",
         severity=Severity.ERROR,
-        message=f"{what} at t = {when}, and it does not hold: its sides are {number(off)} apart",
+        message=f"these circles have one centre at t = {when}, and their gap is another: by {number(off)}",
         span=item.span,
         label=f"off by {number(off)}",
         labels=tuple(Label(plan.system.scene.things[thing].name_span, "a circle") for thing in discs),
-        notes=(note,) if discs else (),
-    ).advised("leave one of the centres free, or move it" if discs else "change or drop one of these constraints")
+        notes=(
+            "about one centre they have the same gap whichever way one looks: nothing moves them to where they touch",
+        ),
+    ).advised("leave one of the centres free, or move it")
 
 
 def _discs(scene: Scene, item: Constraint) -> tuple[int, ...]:
