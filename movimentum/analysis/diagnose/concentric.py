@@ -55,7 +55,7 @@ def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnost
         label=f"off by {number(off)}",
         labels=tuple(Label(plan.system.scene.things[thing].name_span, "a circle") for thing in discs),
         notes=(
-            "about one centre they have the same gap whichever way one looks: nothing moves them to where they touch",
+            "about one centre their gap is the same whichever way one looks: nothing moves them to where they touch",
         ),
     ).advised("leave one of the centres free, or move it")
 
