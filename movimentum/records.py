@@ -62,7 +62,7 @@ def _with_fields(given: Any, slots: bool, kw_only: bool) -> Any:
         inherited |= getattr(base, _FIELDS, {})
     own: dict[str, Any] = {}
     body: dict[str, Any] = {**given.__dict__}
-    for name, annotation in body.get("__annotations__", {}).items():
+    for name, annotation in given.__annotations__.items():  # its own, also where they are computed late (PEP 649)
         if "ClassVar" in (annotation if isinstance(annotation, str) else repr(annotation)):
             continue
         value: Any = body.pop(name, dataclasses.MISSING)
