@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 from tests.pushing.scripts import PLACES, Geneva, Place, Ratchet, play_operator, polygon, ratchet_points
 
 
@@ -391,3 +392,11 @@ def test_what_passes_a_tip_where_its_drive_turns_back_falls() -> None:
     assert ("HookL", "Rack") in [each.things for each in motion.contacts if each.event == "ends" and each.time < 0.45]
     fallen = motion["HookL.angle"][12]
     assert fallen < motion["HookL.angle"][11] - 3.0
+
+
+@broad("swing", [12.8 + 0.2 * k for k in range(16)], every=8)
+def test_two_hooks_lift_a_rack_by_two_teeth_a_period(swing: float) -> None:
+    """Where one hook takes over the load, the contacts of both only just bear each other."""
+    motion = mv.loads(HOOKS.replace("13*.sin", f"{swing:.9g}*.sin").replace("@1", "@4")).solve()
+    height = motion["Rack.O"][:, 1]
+    assert height[100] - height[50] == pytest.approx(36.0, abs=1e-6)
