@@ -136,8 +136,10 @@ export class Hand {
     app.useTool("pose", [], []);
   }
 
+  /* What a move that is still under way answers is not shown any more. */
   leave() {
     const {app} = this;
+    this.current = null;
     if (!app.stage.held) return false;
     app.stage.hold(null, null);
     app.faces.show();
