@@ -114,6 +114,11 @@ class SourceText:
         """What the claim that ``span`` covers says, without its word: ``Rod.B.x = 120``."""
         return " ".join(self.statement(span).strip().removeprefix(".claim").strip().rstrip(";").split())
 
+    def claim_data(self, span: Span) -> dict[str, int | str]:
+        """The same with its place, as in JSON: ``line``, ``column`` and ``text``."""
+        place = self.position(span.start)
+        return {"line": place.line, "column": place.column, "text": self.claim(span)}
+
     def statement(self, span: Span) -> str:
         """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""
         return " ".join(self.slice(span).split())
@@ -161,6 +166,11 @@ class UnfoldedText(SourceText):
         place = self.real(Span(offset, offset))
         file = place.file if isinstance(place, FarSpan) else self
         return SourceText.position(file, place.start)
+
+    def claim_data(self, span: Span) -> dict[str, int | str]:
+        """The same with its place, as in JSON: ``line``, ``column`` and ``text``."""
+        place = self.position(span.start)
+        return {"line": place.line, "column": place.column, "text": self.claim(span)}
 
     def statement(self, span: Span) -> str:
         """The text that ``span`` covers, on one line, and whose it is: ``A.P = B.Q (in S[2])``."""

@@ -151,12 +151,8 @@ def _place(one: Break, source: SourceText) -> dict[str, Any]:
 
 
 def _bound(bound: Bound, source: SourceText) -> dict[str, Any]:
-    claim = bound.held.claim
-    place = source.position(claim.span.start)
     return {
-        "line": place.line,
-        "column": place.column,
-        "text": source.claim(claim.span),
+        **source.claim_data(bound.held.claim.span),
         "verdict": bound.verdict.value,
         "margin": bound.margin if math.isfinite(bound.margin) else None,
         "time": bound.time,

@@ -101,11 +101,8 @@ def prove(console: Console, *, choices: Choices, script: str, seconds: float, al
 
 def _data(one: Judgement, source: SourceText) -> dict[str, Any]:
     claim = one.held.claim
-    place = source.position(claim.span.start)
     return {
-        "line": place.line,
-        "column": place.column,
-        "text": source.claim(claim.span),
+        **source.claim_data(claim.span),
         "verdict": one.verdict.value,
         "always": claim.always,
         "conditions": list(one.conditions),

@@ -23,6 +23,20 @@ print("details:", " ".join(sorted(sys.modules)))
 sys.exit(code)
 """
 
+
+def python(folder: Path, code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A Python of its own runs ``code``."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=environment(),
+        timeout=120,
+        check=False,
+    )
+
+
 HEAVY = {"lark", "numpy", "PIL", "sympy", "scipy", "av", "multiprocessing", "mpmath"}
 
 
@@ -42,15 +56,7 @@ HEAVY = {"lark", "numpy", "PIL", "sympy", "scipy", "av", "multiprocessing", "mpm
 def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: set[str]) -> None:
     (tmp_path / "crank.mov").write_text(CRANK)
     (tmp_path / "broken.mov").write_text("@0 Rod.A = ;")
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE, *arguments],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env=environment(),
-        timeout=120,
-        check=False,
-    )
+    done = python(tmp_path, PROBE, *arguments)
     line = next(line for line in done.stdout.splitlines() if line.startswith("modules:"))
     assert set(line.split()) & HEAVY <= allowed, done.stderr
 
@@ -58,15 +64,7 @@ def test_what_a_command_imports(tmp_path: Path, arguments: list[str], allowed: s
 @pytest.mark.parametrize("command", [["check"], ["run", "-o", "crank.gif"], ["solve", "-o", "poses.csv"]])
 def test_what_takes_longer_to_load_than_a_small_scene_to_solve(tmp_path: Path, command: list[str]) -> None:
     (tmp_path / "crank.mov").write_text(CRANK)
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE, command[0], "crank.mov", *command[1:]],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env=environment(),
-        timeout=120,
-        check=False,
-    )
+    done = python(tmp_path, PROBE, command[0], "crank.mov", *command[1:])
     line = next(line for line in done.stdout.splitlines() if line.startswith("details:"))
     assert not set(line.split()) & {"numpy.ma", "movimentum.analysis.diagnose.failure"}, done.stderr
 
@@ -92,15 +90,8 @@ what helps with errors.
 
 def test_a_first_solve_imports_what_its_scene_has() -> None:
     solve = "import sys, movimentum; movimentum.load('scripts/four-bar.mov').solve(); print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", solve],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        env=environment(),
-        timeout=120,
-        check=True,
-    )
+    done = python(ROOT, solve)
+    assert done.returncode == 0, done.stderr
     own = {name.removeprefix("movimentum.") for name in done.stdout.split() if name.startswith("movimentum.")}
     assert "solver.solver" in own
     assert not own & RARELY_NEEDED
@@ -112,15 +103,7 @@ def test_a_first_solve_imports_what_its_scene_has() -> None:
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
 def test_only_the_command_that_is_called_is_imported(tmp_path: Path, arguments: list[str], module: str | None) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE, *arguments],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env=environment(),
-        timeout=120,
-        check=False,
-    )
+    done = python(tmp_path, PROBE, *arguments)
     line = next(line for line in done.stdout.splitlines() if line.startswith("details:"))
     commands = {home.partition(":")[0] for home in MODULES.values()}
     assert {name for name in commands if f"movimentum.cli.{name}" in line.split()} == ({module} - {None}), done.stderr

@@ -105,6 +105,10 @@ class Stride:
         """(`DEGREE` + 1,) `SHARES` as times."""
         return times_of(self.t0, self.h)
 
+    def share(self, tau: float) -> float:
+        """A time as a share of the step, from 0 to 1."""
+        return min(max((tau - self.t0) / self.h, 0.0), 1.0)
+
     def at(self, tau: FloatArray) -> FloatArray:
         """The core values (F, n) at times (F,): of the polynomial."""
         return of_series(self.coefficients, (tau - self.t0) / self.h)

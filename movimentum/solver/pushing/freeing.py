@@ -54,6 +54,8 @@ class Freeing:
     def __init__(self, contacts: Contacts, problem: BlockProblem, metric: Metric, size: float) -> None:
         self.contacts, self.problem, self.metric, self.size = contacts, problem, metric, size
         self.gaps = [WholeGap(gap) for gap in contacts.rows.gaps]
+        bodies = contacts.bodies
+        self.bodies: list[tuple[int, int]] = list(zip(bodies.first.tolist(), bodies.second.tolist(), strict=True))
 
     def pose(self, x: FloatArray) -> FloatArray | None:
         """Core values (n,) in which nothing overlaps, near to ``x``; None where none is found."""
@@ -68,9 +70,8 @@ class Freeing:
     def places(self, x: FloatArray, free: FloatArray) -> tuple[FreePlace, ...]:
         """Where things are in a free pose that are elsewhere in pose ``x``."""
         found: dict[int, FreePlace] = {}
-        for gap, bodies in zip(self.contacts.rows.gaps, self._bodies(), strict=True):
-            for body, b in zip((gap.first, gap.second), bodies, strict=True):
-                value = WholeGap(gap)
+        for value, bodies in zip(self.gaps, self.bodies, strict=True):
+            for body, b in zip((value.gap.first, value.gap.second), bodies, strict=True):
                 before, after = (value.placed(body, self._poses(each)[:, b].tolist()) for each in (x, free))
                 turn = after[2] - before[2]
                 turn -= 360.0 * math.floor(turn / 360.0 + 0.5)
@@ -81,10 +82,6 @@ class Freeing:
         return tuple(found.values())
 
     # --- what is asked of a pose
-
-    def _bodies(self) -> list[tuple[int, int]]:
-        bodies = self.contacts.bodies
-        return list(zip(bodies.first.tolist(), bodies.second.tolist(), strict=True))
 
     def _poses(self, x: FloatArray) -> FloatArray:
         return self.contacts.bodies.poses(self.problem.inputs, x[None])[:, 0]
@@ -99,11 +96,8 @@ class Freeing:
 
     def _value(self, g: int, x: FloatArray, poses: FloatArray | None = None) -> float:
         """How far two outlines are apart, with what is added to it."""
-        gap = self.contacts.rows.gaps[g]
-        poses = self._poses(x) if poses is None else poses
-        bodies = zip((gap.first, gap.second), self._bodies()[g], strict=True)
-        one, other = (self.gaps[g].placed(body, poses[:, b].tolist()) for body, b in bodies)
-        return self.gaps[g].at(one, other) + float(self._margins(x)[gap.push])
+        value, poses = self.gaps[g], self._poses(x) if poses is None else poses
+        return value.between(poses, self.bodies[g]) + float(self._margins(x)[value.gap.push])
 
     def _is_free(self, x: FloatArray) -> bool:
         plain = [contact.kind for contact in self.contacts.plain]
@@ -117,7 +111,7 @@ class Freeing:
         """
         found = np.zeros(len(x))
         poses, step = self._poses(x), PUSH_LOOK * self.size
-        for b in self._bodies()[g]:
+        for b in self.bodies[g]:
             columns = self.contacts.columns[:, b]
             for axis in (0, 1):
                 if 0 <= columns[axis] < len(x):
@@ -138,7 +132,7 @@ class Freeing:
             found[columns[2]] -= s * rate
             found[columns[3]] += c * rate
         if np.hypot.reduce(found) < FLAT:
-            columns = self.contacts.columns[:2, list(self._bodies()[g])].T.ravel()
+            columns = self.contacts.columns[:2, list(self.bodies[g])].T.ravel()
             found[columns[(columns >= 0) & (columns < len(x))][:1]] = 1.0
         return found
 

@@ -41,11 +41,9 @@ def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, leas
         return found
     near = contacts.bodies.apart(poses) + margins[contacts.bodies.push] <= 0.0
     for g in np.nonzero(near)[0].tolist():
-        gap, value = contacts.rows.gaps[g], WholeGap(contacts.rows.gaps[g])
-        margin = float(margins[gap.push])
-        sides = (gap.first, contacts.bodies.first[g]), (gap.second, contacts.bodies.second[g])
-        places = [value.placed(body, poses[:, b].tolist()) for body, b in sides]
-        depth = -(value.at(*places) + margin)
+        gap = contacts.rows.gaps[g]
+        bodies = int(contacts.bodies.first[g]), int(contacts.bodies.second[g])
+        depth = -(WholeGap(gap).between(poses, bodies) + float(margins[gap.push]))
         if depth <= least:
             continue
         things = gap.first.thing, gap.second.thing
@@ -73,6 +71,12 @@ class WholeGap:
         pair = ContactPair(first, second)
         self.things = gap.first.things
         (self.value,) = contact_value("gap", pair, points, self.things)
+
+    def between(self, poses: FloatArray, bodies: tuple[int, int]) -> float:
+        """The distance where outlines are at ``poses`` (4, B): x, y, cosine and sine; ``bodies``: which are its own."""
+        sides = zip((self.gap.first, self.gap.second), bodies, strict=True)
+        one, other = (self.placed(body, poses[:, b].tolist()) for body, b in sides)
+        return self.at(one, other)
 
     def placed(self, body: SkinBody, pose: Sequence[float]) -> Placed:
         """A pose of its frame as one of the thing."""

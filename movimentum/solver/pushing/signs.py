@@ -64,7 +64,7 @@ class Signs:
         each: BoolArray = np.concatenate([finer, self.values < -self.rounding])[_ORDER]
         below = np.asarray(each.any(axis=1), dtype=np.bool_)
         below[0] = False
-        end = self.share(until)
+        end = self.stride.share(until)
         last = int(np.searchsorted(_PLACES, end, side="right")) - 1
         at = np.nonzero(below[: last + 1])[0].tolist()
         at_end = of_series(self.coefficients, np.array([end]))[0] < -self.rounding
@@ -85,7 +85,7 @@ class Signs:
         """Those of ``contacts`` whose signs are the first to come to be negative between two times; all, where that is
         not told.
         """
-        w0, w1 = self.share(low), self.share(high)
+        w0, w1 = self.stride.share(low), self.stride.share(high)
         first, last = basis(np.array([w0, w1])) @ self.coefficients
         found: list[tuple[float, int]] = []
         smooth: list[bool] = np.asarray(self.smooth, dtype=np.bool_).tolist()
@@ -98,10 +98,6 @@ class Signs:
             found.append((root, int(self.contacts[sign])))
         begin = min(found, default=(0.0, 0))[0]
         return sorted({contact for root, contact in found if root <= begin + PUSH_LOOK}) or contacts
-
-    def share(self, tau: float) -> float:
-        """A time as a share of the step."""
-        return min(max((tau - self.stride.t0) / self.stride.h, 0.0), 1.0)
 
     def time(self, share: float) -> float:
         """A share of the step as a time."""
@@ -120,7 +116,7 @@ def begins(values: FloatArray, stride: Stride, low: float, high: float) -> tuple
     coefficients = series(values[:, None])[:, 0]
     if not (np.abs(coefficients[-3:]) <= PUSH_SIGNS * np.max(np.abs(values))).all():
         return None
-    w0, w1 = (min(max((tau - stride.t0) / stride.h, 0.0), 1.0) for tau in (low, high))
+    w0, w1 = stride.share(low), stride.share(high)
     first, last = (basis(np.array([w0, w1])) @ coefficients).tolist()
     if not last < 0.0:
         return None
