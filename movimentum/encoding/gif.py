@@ -9,7 +9,6 @@ transparent again in any other way. Then a frame's box holds everything that it 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
 from typing import BinaryIO, NamedTuple, TypeVar
 
 import numpy as np
@@ -29,11 +28,9 @@ LARGEST = 65535  # pixels each way
 ANIMATED_AREA = 100_000_000  # pixels of all frames: of a GIF with more, Wikipedia's thumbnails stand still
 _LONGEST_DELAY = 65535
 _CLEAR = 8  # of 255: what is less opaque cannot be seen
-_WAYS, _MOST, _ALIKE = 5, 4, 1.1  # ways to code a frame; how many are tried, if they are that near to the shortest
-_TRIED, _OTHER = 8, 0.03  # frames of which one is coded in all ways, and so is one whose length is that much another
-_NEAR = 1.003  # ways that are so near to the shortest may be shorter with a full table
-_SHORT, _GAIN = 11_000, 0.003  # bytes: of longer frames, a full table is looked for if that saves so much
-_LARGE, _LOOKED_AT, _STRIPS = 200_000, 12_000, 6  # pixels of a large picture, and which of them tell the best way
+_WAYS = 5  # ways to code a frame
+_TRIED, _OTHER = 8, 0.03  # frames of which one is tried in all ways, and so is one whose length is that much another
+_LOOKED_AT, _STRIPS = 40_000, 6  # pixels of a larger picture that tell the best way, and in how many strips
 SEEN = 24
 """Levels of a channel: a colour that is farther off is seen to be another."""
 
@@ -78,9 +75,9 @@ class GifCoder(Coder):
         if frame.image.mode == "RGBA":
             cut = 0 if self._matte else sum(frame.image.getchannel("A").histogram()[_CLEAR : 256 - _CLEAR])
             box = box if first else _box(indices)
-            return FramePiece(box, image_block(_part(indices, box))[0], *seen, cut)
+            return FramePiece(box, image_block(_part(indices, box)), *seen, cut)
         if before is None:
-            return FramePiece(box, image_block(indices)[0], *seen)
+            return FramePiece(box, image_block(indices), *seen)
         now = indices[box.rows, box.columns]
         changed = now != before
         if not changed.any():
@@ -131,44 +128,28 @@ def _box(shown: NDArray[np.generic]) -> Box:
 
 class Ways:
     """How what did not change is coded: as it is, or transparent. What is shorter differs from film to film, and hardly
-    from a frame to the next: some frames of a run are coded in all ways, those between in the ways that were shortest.
+    from a frame to the next: some frames of a run are tried in all ways, those between are coded in the shortest.
     """
 
     def __init__(self) -> None:
         self._since = 0
         self._length = 0
-        self._best: Sequence[int] = ()
-        self._keeps = True
+        self._way = 0
 
     def shortest(self, now: Indices, changed: NDArray[np.bool_]) -> bytes:
         """The block of pixels ``now``, of which those ``changed`` are not shown yet."""
-        trial = self._since % _TRIED == 0
-        coded = [] if trial else [(stream(way), way) for way in written(now, changed, self._best)]
-        if not trial:
-            length = min(len(data) for data, _ in coded)
-            trial = abs(length - self._length) > _OTHER * self._length
-        if trial:
+        pixels = written(now, changed, self._way)
+        coded = stream(pixels)
+        if self._since % _TRIED == 0 or abs(len(coded) - self._length) > _OTHER * self._length:
+            rows = _strips(now.shape) if now.size > _LOOKED_AT else slice(None)
+            sizes = [len(stream(written(now[rows], changed[rows], way))) for way in range(_WAYS)]
+            best = sizes.index(min(sizes))
+            if best != self._way:
+                self._way, pixels = best, written(now, changed, best)
+                coded = stream(pixels)
             self._since = 0
-            if now.size > _LARGE:
-                rows = _strips(now.shape)
-                sizes = [len(stream(way)) for way in written(now[rows], changed[rows], range(_WAYS))]
-            else:
-                coded = [(stream(way), way) for way in written(now, changed, range(_WAYS))]
-                sizes = [len(data) for data, _ in coded]
-            order = sorted(range(_WAYS), key=sizes.__getitem__)
-            alike = [way for way in order if sizes[way] <= _ALIKE * sizes[order[0]]]
-            self._best = alike[: 1 if now.size > _LARGE else _MOST]
-            if now.size > _LARGE:
-                coded = [(stream(way), way) for way in written(now, changed, self._best)]
-        coded.sort(key=lambda each: len(each[0]))
-        least = len(coded[0][0])
-        self._since, self._length = self._since + 1, least
-        keeps = now.size <= _LARGE and (trial or self._keeps)
-        near = [each for each in coded[: 2 if keeps else 1] if len(each[0]) <= _NEAR * least]
-        block, saved = min((image_block(way, data, keeps) for data, way in near), key=lambda each: len(each[0]))
-        if trial:
-            self._keeps = saved is None or len(block) < _SHORT or saved > _GAIN * len(block)
-        return block
+        self._since, self._length = self._since + 1, len(coded)
+        return image_block(pixels, coded)
 
 
 def _strips(shape: tuple[int, ...]) -> NDArray[np.intp]:
@@ -178,35 +159,27 @@ def _strips(shape: tuple[int, ...]) -> NDArray[np.intp]:
     return (first[:, None] + np.arange(min(height, shape[0]))).ravel()
 
 
-def written(now: Indices, changed: NDArray[np.bool_], ways: Sequence[int]) -> Iterator[Indices]:
+def written(now: Indices, changed: NDArray[np.bool_], way: int) -> Indices:
     """The same pixels over those of the frame before, with transparent ones in different places: 0, nowhere; 1, in all
     that is as it was; in what of that has several colours, 2, from one change to the next, and 3, in each row; 4, as 2
     and in what has one colour, if the next colours are others.
     """
+    if way == 0:
+        return np.ascontiguousarray(now)
     flat, new = now.ravel(), changed.ravel()
-    step = turned = np.zeros(0, dtype=np.bool_)
-    steps = np.zeros(0, dtype=np.int32)
-    if any(way > 1 for way in ways):
-        step = np.append(True, flat[1:] != flat[:-1])  # another colour than before
-        steps = np.cumsum(step, dtype=np.int32)
-        turned = np.append(True, new[1:] != new[:-1])
-    for way in ways:
-        if way == 0:
-            yield np.ascontiguousarray(now)
-            continue
-        if way == 1:
-            yield (flat * new).reshape(now.shape)
-            continue
-        turn = turned
-        if way == 3:
-            turn = turned.copy()
-            turn[:: now.shape[1]] = True
-        begin = np.flatnonzero(turn)
-        end = np.append(begin[1:], len(flat))
-        stays = steps[begin] == steps[end - 1]
-        if way == 4:
-            stays &= ~step[begin] | np.append(~step[begin[1:]], False)
-        yield (flat * np.repeat(new[begin] | stays, end - begin)).reshape(now.shape)
+    if way == 1:
+        return (flat * new).reshape(now.shape)
+    step = np.append(True, flat[1:] != flat[:-1])  # another colour than before
+    steps = np.cumsum(step, dtype=np.int32)
+    turn = np.append(True, new[1:] != new[:-1])
+    if way == 3:
+        turn[:: now.shape[1]] = True
+    begin = np.flatnonzero(turn)
+    end = np.append(begin[1:], len(flat))
+    stays = steps[begin] == steps[end - 1]
+    if way == 4:
+        stays &= ~step[begin] | np.append(~step[begin[1:]], False)
+    return (flat * np.repeat(new[begin] | stays, end - begin)).reshape(now.shape)
 
 
 class GifWriter:

@@ -1,8 +1,5 @@
-"""LZW as GIF has it: Pillow's coder, and what it leaves undone.
-
-Pillow's coder is fast, but takes 8 bits a pixel to begin with, and empties its table of strings as soon as that is
-full. If there are fewer colours, codes are renumbered here. And when little of a picture is left, it is shorter to keep
-the full table, to the end or for a while, which no reader minds: only what comes after it is coded anew.
+"""LZW as GIF has it: Pillow's coder, which takes 8 bits a pixel to begin with. If there are fewer colours, codes are
+renumbered here.
 """
 
 from __future__ import annotations
@@ -18,10 +15,6 @@ Indices = NDArray[np.uint8]
 
 _CLEAR, _END, _FIRST, _FULL = 256, 257, 258, 4096
 _RUN = _FULL - _FIRST + 1  # codes between two clear codes; the table is full before the last of them
-_MOST = 3  # clear codes: of longer pictures, the end is too small a part
-_LONGEST = 200_000  # pixels that are coded anew: more take longer than drawing them
-_PARTS, _FINEST = 6, 0.01  # places where a table that was kept may be emptied after all
-_SIDE = 65535  # pixels of a row, for Pillow
 
 
 def stream(indices: Indices) -> bytes:
@@ -35,25 +28,14 @@ def stream(indices: Indices) -> bytes:
     return b"".join([data[at + 1 : at + 1 + data[at]] for at in range(0, len(data), 256)])
 
 
-def image_block(indices: Indices, coded: bytes | None = None, keep_table: bool = True) -> tuple[bytes, int | None]:
-    """The compressed pixels (code size, sub-blocks, terminator) of a GIF, and how many bytes a full table saved (None:
-    there is none, or too many).
-
-    ``coded``: its `stream`, if it is known. ``keep_table``: look for what is shorter with a full table.
-    """
+def image_block(indices: Indices, coded: bytes | None = None) -> bytes:
+    """The compressed pixels (code size, sub-blocks, terminator) of a GIF; ``coded``: their `stream`, if it is known."""
     coded = stream(indices) if coded is None else coded
     bits = max(2, int(indices.max()).bit_length())
-    saved = None
-    if keep_table and 0 < (8 * len(coded) - 9 - 12) // _PERIOD <= _MOST:
-        runs = _runs(coded)
-        kept = _with_full_table(runs, indices)
-        saved = (_size(runs) - _size(kept)) // 8
-        if saved or bits < 8:
-            coded = _packed(kept, bits)
-    elif bits < 8:
+    if bits < 8:
         coded = _packed(_runs(coded), bits)
     blocks = [bytes((len(part),)) + part for at in range(0, len(coded), 255) if (part := coded[at : at + 255])]
-    return bytes((bits,)) + b"".join(blocks) + b"\0", saved
+    return bytes((bits,)) + b"".join(blocks) + b"\0"
 
 
 @cache
@@ -106,91 +88,3 @@ def _packed(runs: list[Codes], bits: int) -> bytes:
 
 _MASKS = np.arange(16) < np.arange(13)[:, None]
 """[width]: which of 16 bits a code of so many has."""
-
-
-def _size(runs: list[Codes]) -> int:
-    """The bits of ``runs``."""
-    return sum(int(_widths(len(run) + 1, 8).sum()) for run in runs)
-
-
-def _with_full_table(runs: list[Codes], indices: Indices) -> list[Codes]:
-    """The same pixels, with the last full table kept to the end or for a while, if that is shorter."""
-    *before, kept, last = runs
-    left = int(_Strings(last).lengths[last].sum())
-    if left > _LONGEST:
-        return runs
-    pixels = indices.ravel()[-left:]
-    table = _Strings(kept)
-    found = table.parsed(pixels)
-    at = np.cumsum(table.lengths[found])
-    least, best = _size([last]), None
-    where, step = 0.0, 1.0 / _PARTS
-    tries = [part * step for part in range(1, _PARTS + 1)]
-    while step > _FINEST:
-        for share in tries:
-            count = round(share * len(found))
-            rest = left - int(at[count - 1])
-            if not count or rest > _SIDE:
-                continue
-            after = stream(pixels[left - rest :][None]) if rest else b""
-            size = 12 * count + max(0, 8 * len(after) - 9)
-            if size < least:
-                least, best, where = size, (count, after), share
-        step /= 2.0
-        tries = [share for share in (where - step, where + step) if 0.0 < share < 1.0]
-    if best is None:
-        return runs
-    count, after = best
-    return [*before, np.concatenate([kept, found[:count]]), *(_runs(after) if after else [])]
-
-
-class _Strings:
-    """The strings that ``codes`` (after a clear code) define. Each but the last code defines one: its own string, and
-    the first pixel of the next code's.
-    """
-
-    def __init__(self, codes: Codes) -> None:
-        self._codes = codes
-        parent = np.arange(_FIRST + max(len(codes) - 1, 0))
-        parent[_FIRST:] = codes[:-1]
-        root, self.lengths = _climbed(parent)
-        self._parent, self._last = parent, np.append(np.arange(_FIRST), root[codes[1:]])
-
-    def parsed(self, pixels: Indices) -> Codes:
-        """The codes of ``pixels``, of the longest strings that there are, one after the other.
-
-        It goes from run to run of equal pixels: strings that differ in how often their last pixel is repeated are one
-        line, along which it jumps.
-        """
-        parent, last = self._parent, self._last
-        # the beginning of each string's line, and its place in it
-        head, place = _climbed(np.where(last[parent] == last, parent, np.arange(len(parent))))
-        order = np.lexsort((place, head))
-        where = np.empty_like(order)
-        where[order] = np.arange(len(order))
-        room = np.bincount(head, minlength=len(head))[head] - place + 1
-        line, at, more = order.tolist(), where.tolist(), room.tolist()
-        longer = dict(zip((parent << 8 | last)[_FIRST:].tolist(), range(_FIRST, len(parent)), strict=True)).get
-        ends = np.append(np.flatnonzero(pixels[1:] != pixels[:-1]) + 1, len(pixels))
-        found: list[int] = []
-        code = -1
-        for pixel, count in zip(pixels[ends - 1].tolist(), np.diff(ends, prepend=0).tolist(), strict=True):
-            while count:
-                follower = longer(code << 8 | pixel)
-                if follower is None:
-                    found.append(code)
-                    follower = pixel
-                step = min(more[follower], count) - 1
-                code = line[at[follower] + step]
-                count -= step + 1
-        return np.array([*found[1:], code])
-
-
-def _climbed(parent: Codes) -> tuple[Codes, Codes]:
-    """The ends of all ways up (what has no ``parent`` is its own), and how many there are on each way."""
-    steps = np.ones(len(parent), dtype=np.int64)
-    steps[parent == np.arange(len(parent))] = 0
-    while (up := parent[parent]).tobytes() != parent.tobytes():
-        steps += steps[parent]
-        parent = up
-    return parent, steps + 1

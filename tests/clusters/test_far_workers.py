@@ -15,7 +15,7 @@ import pytest
 from movimentum.cli.app import run_command_line
 from movimentum.workflow import far_frames
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
 ROOT = Path(__file__).parents[2]
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]  # the engine's own warnings are not ours
 
@@ -57,6 +57,8 @@ def scheduler(tmp_path_factory):
         address = next(line.split()[-1] for line in scheduler.stderr if "Scheduler at:" in line)
         for _ in range(2):
             started("worker", address, "--nthreads", "1", "--no-dashboard")
+        with distributed.Client(address) as client:
+            client.wait_for_workers(2, timeout=120)  # a busy machine takes longer to start them than a user waits
         yield address
 
 

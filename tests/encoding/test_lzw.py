@@ -38,22 +38,9 @@ def pictures(bits, size, rng):
 def test_the_pixels_are_the_same(bits, size):
     rng = np.random.default_rng(100 * size + bits)
     for picture in pictures(bits, size, rng):
-        block, _ = image_block(picture)
+        block = image_block(picture)
         assert block[0] == max(2, int(picture.max()).bit_length())
         assert (decoded(block, size, size) == picture).all()
-
-
-def test_a_full_table_is_kept_where_that_is_shorter_and_says_what_it_saves():
-    rng = np.random.default_rng(4)
-    some = rng.integers(0, 200, (80, 40)).astype(np.uint8)
-    picture = np.concatenate([some, some[:60]])
-    kept, saved = image_block(picture)
-    plain, nothing = image_block(picture, keep_table=False)
-    assert saved is not None
-    assert saved > 0
-    assert nothing is None
-    assert abs(len(plain) - len(kept) - saved) <= 3  # sub-blocks have bytes of their own
-    assert (decoded(kept, 40, 140) == picture).all()
 
 
 def frames_of(kind, rng):
@@ -77,7 +64,7 @@ def test_what_is_not_changed_is_clear_or_as_it_was_and_the_way_is_about_the_shor
             shown = decoded(block, 160, 120)
             assert (np.where(shown == 0, before, shown) == frame).all()
             length += len(block)
-            best += min(len(image_block(way)[0]) for way in written(frame, changed, range(5)))
+            best += min(len(image_block(written(frame, changed, way))) for way in range(5))
         before = frame
     assert length <= 1.01 * best
 
@@ -85,9 +72,10 @@ def test_what_is_not_changed_is_clear_or_as_it_was_and_the_way_is_about_the_shor
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gifsicle") is None, reason="needs gifsicle")
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_no_larger_than_gifsicle_makes_it(script, tmp_path):
+def test_gifsicle_makes_it_hardly_smaller(script, tmp_path):
+    """It keeps tables of strings that are full, which takes it as long as drawing takes us."""
     ours, theirs = tmp_path / "ours.gif", tmp_path / "theirs.gif"
     done = movimentum("run", str(ROOT / "scripts" / script), "-o", str(ours), "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     subprocess.run(["gifsicle", "-O3", ours, "-o", theirs], check=True, capture_output=True)
-    assert ours.stat().st_size <= theirs.stat().st_size
+    assert ours.stat().st_size <= 1.1 * theirs.stat().st_size
