@@ -107,7 +107,7 @@ def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, 
     pairs = pairs.some(contacts.bodies.others(pairs, contacts.chosen(step.held).pairs))
     if not len(pairs.gap):
         return [], []
-    touch, way = contacts.bodies.touch(pairs, poses), way[pairs.gap]
+    touch, way = contacts.bodies.places(pairs).touch(poses), way[pairs.gap]
     margins = margins[:, pairs.gap]
     values, size = touch.value + margins, course.plan.size
     sharp = contacts.sharp(pairs, margins[0])
@@ -123,7 +123,7 @@ def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, 
     if len(tips):
         knobs = contacts.bodies.skin.knobs[:, 2]
         radii = knobs[pairs.i[tips]] + knobs[pairs.j[tips]]
-        middles = (touch.value[:, tips] + radii)[..., None] * touch.normal[:, tips]
+        middles = ((touch.value[:, tips] + radii) * touch.normal[:, :, tips]).transpose(1, 2, 0)
         passing = _passes(middles[:-1], middles[1:], radii - margins[:-1, tips])
         found[:, tips] |= passing & apart[:, tips] & turned[:, tips]
     some = np.nonzero(found.any(axis=0))[0]
