@@ -61,9 +61,7 @@ class Places:
     of the bodies ``first`` and ``second``: all that does not depend on where these are.
     """
 
-    def __init__(
-        self, skin: Skin, kind: IntArray, i: IntArray, j: IntArray, first: IntArray, second: IntArray
-    ) -> None:
+    def __init__(self, skin: Skin, kind: IntArray, i: IntArray, j: IntArray, first: IntArray, second: IntArray) -> None:
         self.count = len(kind)
         swapped = _SWAPPED[kind]
         one, other = np.where(swapped, j, i), np.where(swapped, i, j)
@@ -212,6 +210,7 @@ def _curved(
         return measure
 
     return family
+
 
 _Ahead = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 

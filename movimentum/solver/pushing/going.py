@@ -84,7 +84,8 @@ class Going:
         if not bodies.sides:
             return most
         ahead = PUSH_LOOK * self.course.spacing
-        now, later = self._poses(tau, x), self._poses(tau + ahead, x + ahead * rate)
+        inputs = self.course.probe(np.array([tau, tau + ahead])).inputs
+        now, later = np.moveaxis(bodies.poses(inputs, np.stack([x, x + ahead * rate])), 1, 0)
         (x0, y0), (x1, y1) = bodies.middles(now), bodies.middles(later)
         speeds, turns = np.hypot(x1 - x0, y1 - y0) / ahead, np.abs(now[2] * later[3] - now[3] * later[2]) / ahead
         a, b = bodies.first, bodies.second
@@ -95,10 +96,6 @@ class Going:
         smaller = np.asarray(np.where(low > 0.0, low, high), dtype=np.float64)
         near: FloatArray = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(alone, WAY * smaller / fast), alone)
         return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
-
-    def _poses(self, tau: float, x: FloatArray) -> FloatArray:
-        """(4, B) where outlines are."""
-        return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
     def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
         """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""
