@@ -43,20 +43,27 @@ def closes(step: PhaseStep) -> tuple[float, PartPair] | None:
                 first = there, contact
     if not some:
         return first
-    course = step.course
-    closed, size = course.closed, course.plan.size
-    for fall, contact in _falls(step, some):
+    closed = step.course.closed
+    for fall, contact in _on_parts(step, _falls(step, some)):
         tau = step.t0 + step.h * fall.share
         if first is not None and tau > first[0] + PUSH_LOOK * step.h:
             break
-        _, along, fan = step.places([contact], np.array([tau]))
-        if not (along[0, 0] >= -PUSH_DENSE_GAP * size and fan[0, 0] >= -ASIDE):  # beside its parts
-            continue
         bracket = step.t0 + step.h * fall.low, step.t0 + step.h * fall.high
         met = step.met(contact, tau, bracket, -0.5 * closed if fall.near else 0.0)
         if met is not None and (first is None or (met, contact) < first):
             first = met, contact
     return first
+
+
+def _on_parts(step: PhaseStep, some: Sequence[tuple[Fall, PartPair]]) -> list[tuple[Fall, PartPair]]:
+    """Those that are not clearly beside their parts."""
+    if not some:
+        return []
+    times = step.t0 + step.h * np.array([fall.share for fall, _ in some])
+    contacts = list(dict.fromkeys(contact for _, contact in some))
+    _, along, fan = step.places(contacts, times)
+    near = (along >= -PUSH_DENSE_GAP * step.course.plan.size) & (fan >= -ASIDE)
+    return [each for k, each in enumerate(some) if near[k, contacts.index(each[1])]]
 
 
 def _falls(step: PhaseStep, some: Sequence[PartPair]) -> list[tuple[Fall, PartPair]]:

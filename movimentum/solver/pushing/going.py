@@ -20,7 +20,7 @@ from movimentum.solver.pushing.together import opening, velocities
 from movimentum.tolerances import COARSEST_FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_EVENT, PUSH_LOOK
 
 FIRST_STEP = 0.25
-"""Of the longest one."""
+"""Of the longest one, where something is free."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
 one's size:
@@ -66,9 +66,12 @@ class Going:
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
         self.event: Seen | None = None
 
-    def first(self, tolerance: float) -> float:
-        """The first step: all that may be, where it need not be exact (``tolerance``: of a step)."""
-        return (FIRST_STEP if tolerance < COARSEST_FREE_MOTION_STEP else 1.0) * self.course.ahead(self.tau)
+    def first(self, determined: bool, tolerance: float) -> float:
+        """The first step: all that may be, where nothing is free, or where it need not be exact (``tolerance``: of a
+        step).
+        """
+        whole = determined or tolerance >= COARSEST_FREE_MOTION_STEP
+        return (1.0 if whole else FIRST_STEP) * self.course.ahead(self.tau)
 
     def velocity(self, tau: float, x: FloatArray, after: bool = False) -> FloatArray:
         """The velocity (n,) at core values ``x`` (n,); ``after``: that of what comes after, if there is a kink."""

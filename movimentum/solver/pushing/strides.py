@@ -67,7 +67,7 @@ class Strides:
         going, tolerance = self.going, self.tolerance * tightening()
         self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
         self.determined = going.determined(tau, x)
-        length, spent, stage = going.first(self.tolerance), 0, 0
+        length, spent, stage = going.first(self.determined, self.tolerance), 0, 0
         while self.tau < end:
             spent += 1
             if spent > STEPS:
