@@ -1035,8 +1035,12 @@ PUSH_RESTORED = 1e-15
 """Relative residual: what is nearer to its equations than that is on them, but for rounding."""
 PUSH_AFTER_THIS = 1e-12
 """Relative residual after which one more of Newton's steps leaves only rounding, though rows depend on each other."""
+PUSH_AFTER_INDEPENDENT = 1e-9
+"""The same where rows are clearly independent (`PUSH_INDEPENDENT`)."""
 PUSH_NEARLY = 1e-7
 """Relative residual below which the slopes of the step before will do to come back onto the equations."""
+PUSH_INDEPENDENT = 1e4
+"""What the inverse of the products of rows of unit length may hold at most, if these are clearly independent."""
 PUSH_RANK = 1e-13
 """Of the largest singular value: inequalities that depend on each other."""
 PUSH_SLOPE = 1e-11

@@ -17,7 +17,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.contour import Contour
-from movimentum.records import dataclass, replace
+from movimentum.records import dataclass
 from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES, PIECE_ROUND, PIECE_STRAIGHT, PIECE_TURNS
 
 SAMPLES = 17
@@ -52,15 +52,13 @@ class Skin:
     extent (radians; π: all round). ``edges`` (E, 5): from (x, y) to (x, y) with what is outside on the right, and its
     reach. ``bowls`` (B, 5): as knobs, with the directions from the centre to the arc. ``bends``: other curves.
 
-    The reach is in all of them. ``moments``: the area, its centre (x, y), and its second moments about that (xx, xy,
-    yy): how much its motion counts.
+    The reach is in all of them.
     """
 
     knobs: FloatArray
     edges: FloatArray
     bowls: FloatArray
     bends: tuple[Bends, ...]
-    moments: tuple[float, float, float, float, float, float]
 
     def placed(self, x: float, y: float, c: float, s: float) -> Skin:
         """The same after a turn (cosine, sine) and a shift."""
@@ -80,18 +78,12 @@ class Skin:
             Bends(bend.contour.placed((c, -s, s, c), (x, y)), bend.first, bend.last, bend.side, bend.reach)
             for bend in self.bends
         )
-        area, cx, cy, xx, xy, yy = self.moments
-        turned = np.array([[c, -s], [s, c]]) @ np.array([[xx, xy], [xy, yy]]) @ np.array([[c, s], [-s, c]])
-        centre = x + c * cx - s * cy, y + s * cx + c * cy
-        second = float(turned[0, 0]), float(turned[0, 1]), float(turned[1, 1])
-        return Skin(rounds(self.knobs), edges, rounds(self.bowls), bends, (area, *centre, *second))
+        return Skin(rounds(self.knobs), edges, rounds(self.bowls), bends)
 
 
 def disc_skin(radius: float, at: tuple[float, float] = (0.0, 0.0)) -> Skin:
     """That of a disc, or of a point."""
-    area = math.pi * radius * radius
-    second = area * radius * radius / 4.0
-    return _skin([(*at, radius, 0.0, math.pi)], [], [], (), (area, *at, second, 0.0, second))
+    return _skin([(*at, radius, 0.0, math.pi)], [], [], ())
 
 
 def _skin(
@@ -99,43 +91,22 @@ def _skin(
     edges: Sequence[Sequence[float]],
     bowls: Sequence[Sequence[float]],
     bends: Sequence[Bends],
-    moments: tuple[float, float, float, float, float, float],
 ) -> Skin:
     def table(rows: Sequence[Sequence[float]], columns: int) -> FloatArray:
         return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
-    return Skin(table(knobs, 5), table(edges, 5), table(bowls, 5), tuple(bends), moments)
-
-
-def joined_skins(skins: Sequence[Skin]) -> Skin:
-    """Those of an outline and of its holes as one; what is in a hole does not count."""
-    first, *rest = skins
-    if not rest:
-        return first
-    return _together(skins, [1.0, *(-1.0 for _ in rest)])
-
-
-def united(pieces: Sequence[Skin]) -> Skin:
-    """Those of the pieces of one body."""
-    return pieces[0] if len(pieces) == 1 else _together(pieces, [1.0] * len(pieces))
-
-
-def _together(skins: Sequence[Skin], signs: Sequence[float]) -> Skin:
-    total = np.zeros(6)
-    for skin, sign in zip(skins, signs, strict=True):
-        total = total + sign * np.array(_about_origin(skin.moments))
-    parts = gathered(skins)
-    area, mx, my, xx, xy, yy = (float(v) for v in total)
-    return replace(parts, moments=_about_centre(area, mx, my, xx, xy, yy))
+    return Skin(table(knobs, 5), table(edges, 5), table(bowls, 5), tuple(bends))
 
 
 def gathered(skins: Sequence[Skin]) -> Skin:
-    """All parts of all of them in one table each, in order, each in its own skin's frame; its moments say nothing."""
+    """All parts of all of them in one table each, in order, each in its own skin's frame."""
+    if len(skins) == 1:
+        return skins[0]
     knobs, edges, bowls = (
         np.concatenate([getattr(skin, name) for skin in skins]) for name in ("knobs", "edges", "bowls")
     )
     bends = tuple(bend for skin in skins for bend in skin.bends)
-    return Skin(knobs, edges, bowls, bends, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return Skin(knobs, edges, bowls, bends)
 
 
 @lru_cache(maxsize=256)
@@ -188,7 +159,7 @@ def skin_of(contour: Contour) -> Skin:
             ahead = math.atan2(way * ty0, way * tx0)
             towards = math.remainder(ahead - normal, 2.0 * math.pi)
             knobs.append((x0, y0, reach, normal + math.copysign(CAP / 2.0, towards), CAP / 2.0))
-    return _skin(knobs, edges, bowls, bends, _moments(contour))
+    return _skin(knobs, edges, bowls, bends)
 
 
 def _turned(tx: FloatArray, ty: FloatArray) -> float:
@@ -248,72 +219,3 @@ def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, fl
             total = 0.0
     cuts.append(end)
     return [(a, b) for a, b in pairwise(cuts) if b > a]
-
-
-# --- how much its motion counts
-
-STRIP = 0.05
-"""Of its length: how broad a line without a width counts."""
-
-
-def _about_origin(
-    m: tuple[float, float, float, float, float, float],
-) -> tuple[float, float, float, float, float, float]:
-    area, x, y, xx, xy, yy = m
-    return area, area * x, area * y, xx + area * x * x, xy + area * x * y, yy + area * y * y
-
-
-def _about_centre(
-    area: float, mx: float, my: float, xx: float, xy: float, yy: float
-) -> tuple[float, float, float, float, float, float]:
-    x, y = (mx / area, my / area) if area > 0.0 else (0.0, 0.0)
-    return area, x, y, xx - area * x * x, xy - area * x * y, yy - area * y * y
-
-
-def line_moments(points: FloatArray, width: float) -> tuple[float, float, float, float, float, float]:
-    """Of a line through ``points`` (N, 2), so broad; 0: a small part of its length."""
-    p, q = points[:-1], points[1:]
-    length = np.hypot(*(q - p).T)
-    total = float(np.sum(length))
-    if total <= 0.0:
-        area = math.pi * width * width / 4.0
-        x, y = (float(v) for v in points[0])
-        return area, x, y, area * width * width / 16.0, 0.0, area * width * width / 16.0
-    breadth = width or STRIP * total
-    middle, way = (p + q) / 2.0, q - p
-    mass = breadth * length
-    area = float(np.sum(mass))
-    mx, my = (float(v) for v in mass @ middle)
-    second = np.einsum("k,ki,kj->ij", mass, middle, middle) + np.einsum("k,ki,kj->ij", mass / 12.0, way, way)
-    across = area * breadth * breadth / 12.0 / 2.0
-    return _about_centre(area, mx, my, float(second[0, 0]) + across, float(second[0, 1]), float(second[1, 1]) + across)
-
-
-def _moments(contour: Contour) -> tuple[float, float, float, float, float, float]:
-    points = contour.points(contour.samples)
-    if contour.doubled or not contour.closed:
-        half = len(points) // 2 + 1 if contour.doubled else len(points)
-        line = points
-        if contour.doubled:  # there and back
-            edge = contour.points(np.array(contour.breaks)) if contour.straight else points
-            keep = np.append(True, np.hypot(*np.diff(edge, axis=0).T) > OUTLINE_CLOSES * contour.size)
-            edge = edge[keep]
-            half = len(edge) // 2 + 1
-            line = edge[:half]
-        return line_moments(line, 2.0 * contour.reach)
-    x, y = (points - points[0]).T
-    cross = x[:-1] * y[1:] - x[1:] * y[:-1]
-    area = float(np.sum(cross)) / 2.0
-    sign = 1.0 if area >= 0.0 else -1.0
-    x0, x1, y0, y1 = x[:-1], x[1:], y[:-1], y[1:]
-    mx = float(np.sum(cross * (x0 + x1))) / 6.0
-    my = float(np.sum(cross * (y0 + y1))) / 6.0
-    xx = float(np.sum(cross * (x0 * x0 + x0 * x1 + x1 * x1))) / 12.0
-    yy = float(np.sum(cross * (y0 * y0 + y0 * y1 + y1 * y1))) / 12.0
-    xy = float(np.sum(cross * (x0 * y1 + 2.0 * x0 * y0 + 2.0 * x1 * y1 + x1 * y0))) / 24.0
-    a, cx, cy, *second = _about_centre(*(sign * v for v in (area, mx, my, xx, xy, yy)))
-    if contour.reach:
-        around = contour.reach * float(np.sum(np.hypot(*np.diff(points, axis=0).T)))
-        factor = (a + around) / max(a, LEAST_DIVISOR)
-        a, second = a * factor, [v * factor * factor for v in second]
-    return a, cx + float(points[0, 0]), cy + float(points[0, 1]), second[0], second[1], second[2]

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +30,19 @@ KINDS = (
     (EDGES, BENDS), (BENDS, EDGES), (BOWLS, BENDS), (BENDS, BOWLS), (BENDS, BENDS),
 )  # fmt: skip
 """Which parts of two skins may touch each other."""
+_FAMILY = np.array([0, 0, 1, 1, 1, 2, 2, 3, 3, 4, 4, 5])
+"""By which of `_MEASURES` each is measured,"""
+_SWAPPED = np.array([(second, first) in KINDS[:k] for k, (first, second) in enumerate(KINDS)]) & (
+    np.array(KINDS)[:, 0] != np.array(KINDS)[:, 1]
+)
+"""and whether its parts are taken the other way round."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touch:
-    """M places where two skins may touch: ``value`` (M,), ``along`` (M,) how far it is inside the parts (px), ``fan``
-    (M,) and inside the fans (radians), a ``point`` (M, 2) on the line of contact, and the ``normal`` (M, 2), along
-    which the first one moves away.
+    """Places where two skins may touch, M in each of F poses (F, M): their ``value``, how far each is ``along`` inside
+    the parts (px), and inside the ``fan`` (radians), a ``point`` (2, F, M) on the line of contact, and the ``normal``
+    (2, F, M), along which the first one moves away.
     """
 
     value: FloatArray
@@ -44,24 +52,50 @@ class Touch:
     normal: FloatArray
 
     def there(self, within: float) -> NDArray[np.bool_]:
-        """(M,) whether the outlines are that near to each other there."""
+        """Whether the outlines are that near to each other there."""
         return (self.along >= -within) & (self.fan >= -OUTLINE_FAN)
 
-    def first(self) -> Touch:
-        """The first of F poses, where there are (F, M) places."""
-        return Touch(self.value[0], self.along[0], self.fan[0], self.point[0], self.normal[0])
 
-    def turned_round(self) -> Touch:
-        """The same, of the second and the first."""
-        return Touch(self.value, self.along, self.fan, self.point, -self.normal)
+class Places:
+    """M pairs of parts ``i`` and ``j`` of the ``skin`` of many bodies, as their ``kind`` says (see `KINDS`; in order),
+    of the bodies ``first`` and ``second``: all that does not depend on where these are.
+    """
+
+    def __init__(self, skin: Skin, kind: IntArray, i: IntArray, j: IntArray, first: IntArray, second: IntArray) -> None:
+        self.count = len(kind)
+        swapped = _SWAPPED[kind]
+        one, other = np.where(swapped, j, i), np.where(swapped, i, j)
+        a, b = np.where(swapped, second, first), np.where(swapped, first, second)
+        sign = np.where(swapped, -1.0, 1.0)
+        families = _FAMILY[kind]
+        cuts = [0, *(np.nonzero(np.diff(families))[0] + 1).tolist(), self.count]
+        self._parts: list[tuple[slice, IntArray, IntArray, FloatArray, Measure]] = []
+        for low, high in pairwise(cuts):
+            part = slice(low, high)
+            if low < high:
+                measure = _MEASURES[int(families[low])](skin, kind[part], one[part], other[part])
+                self._parts.append((part, a[part], b[part], sign[part], measure))
+
+    def touch(self, poses: FloatArray) -> Touch:
+        """The places in poses (4, F, B) of the bodies."""
+        shape = poses.shape[1], self.count
+        found = [(part, sign, measure(poses[:, :, a], poses[:, :, b])) for part, a, b, sign, measure in self._parts]
+        if len(found) == 1:
+            ((_, sign, (value, along, fan, x, y, nx, ny)),) = found
+            return Touch(value, along, fan, np.stack([x, y]), np.stack([nx * sign, ny * sign]))
+        value, along, fan = np.empty(shape), np.empty(shape), np.empty(shape)
+        point, normal = np.empty((2, *shape)), np.empty((2, *shape))
+        for part, sign, (v, inside, turned, x, y, nx, ny) in found:
+            value[:, part], along[:, part], fan[:, part] = v, inside, turned
+            point[0, :, part], point[1, :, part] = x, y
+            normal[0, :, part], normal[1, :, part] = nx * sign, ny * sign
+        return Touch(value, along, fan, point, normal)
 
 
-def measured(kind: int, skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    """The places of the parts ``i`` in one pose each and ``j`` in another (both (M,)), as ``KINDS[kind]`` says."""
-    first, second = KINDS[kind]
-    if (first, second) in _MEASURE:
-        return _MEASURE[first, second](skin, pose, there, i, j)
-    return _MEASURE[second, first](skin, there, pose, j, i).turned_round()
+Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""(F, M) each: value, along, fan, point (x, y) and normal (x, y); see `Touch`."""
+Measure = Callable[[FloatArray, FloatArray], Found]
+"""Of the poses (4, F, M) of those that have the first of two parts, and of those that have the second."""
 
 
 def _moved(pose: Pose, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -79,62 +113,109 @@ def _some(pose: Pose, places: IntArray) -> Pose:
     return tuple(each[places] if isinstance(each, np.ndarray) and each.ndim else each for each in pose)
 
 
+class _Fan:
+    """How far directions are inside the fans of M knobs or bowls."""
+
+    def __init__(self, part: FloatArray) -> None:
+        self.c, self.s, self.half = np.cos(part[:, 3]), np.sin(part[:, 3]), part[:, 4]
+        self.round = self.half >= math.pi
+        self.all_round, self.some_round = bool(self.round.all()), bool(self.round.any())
+
+    def inside(self, pose: Pose, dx: FloatArray, dy: FloatArray) -> FloatArray:
+        """For directions (dx, dy), with the parts in these poses."""
+        if self.all_round:
+            return np.full(dx.shape, math.pi)
+        c, s = pose[2] * self.c - pose[3] * self.s, pose[3] * self.c + pose[2] * self.s
+        found = self.half - np.abs(np.arctan2(c * dy - s * dx, c * dx + s * dy))
+        return np.where(self.round, math.pi, found) if self.some_round else found
+
+
 def _fan(part: FloatArray, pose: Pose, dx: FloatArray, dy: FloatArray) -> FloatArray:
-    """How far inside its fan a direction is."""
-    turn = part[:, 3] + np.arctan2(pose[3], pose[2])
-    c, s = np.cos(turn), np.sin(turn)
-    return np.where(part[:, 4] >= math.pi, math.pi, part[:, 4] - np.abs(np.arctan2(c * dy - s * dx, c * dx + s * dy)))
+    return _Fan(part).inside(pose, dx, dy)
 
 
-def _knob_edge(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
+def _knob_edge(skin: Skin, kind: IntArray, i: IntArray, j: IntArray) -> Measure:
     knob, edge = skin.knobs[i], skin.edges[j]
-    x, y = _moved(pose, knob[:, 0], knob[:, 1])
-    px, py = _moved(there, edge[:, 0], edge[:, 1])
-    qx, qy = _moved(there, edge[:, 2], edge[:, 3])
-    length = np.hypot(qx - px, qy - py)
-    tx, ty = (qx - px) / length, (qy - py) / length
-    nx, ny = ty, -tx
-    value = nx * (x - px) + ny * (y - py) - knob[:, 2] - edge[:, 4]
-    s = tx * (x - px) + ty * (y - py)
-    return Touch(
-        value, np.minimum(s, length - s), _fan(knob, pose, -nx, -ny), np.stack([x, y], 1), np.stack([nx, ny], 1)
-    )
+    kx, ky, px, py = knob[:, 0], knob[:, 1], edge[:, 0], edge[:, 1]
+    wide = np.hypot(edge[:, 2] - px, edge[:, 3] - py)
+    wx, wy = (edge[:, 2] - px) / wide, (edge[:, 3] - py) / wide
+    reach, fan = knob[:, 2] + edge[:, 4], _Fan(knob)
+
+    def measure(pose: FloatArray, there: FloatArray) -> Found:
+        x, y = _moved(pose, kx, ky)
+        bx, by = _moved(there, px, py)
+        _, _, c, s = there
+        size = np.hypot(c, s)
+        tx, ty = (c * wx - s * wy) / size, (s * wx + c * wy) / size
+        dx, dy = x - bx, y - by
+        along = tx * dx + ty * dy
+        value = ty * dx - tx * dy - reach
+        return value, np.minimum(along, wide * size - along), fan.inside(pose, -ty, tx), x, y, ty, -tx
+
+    return measure
 
 
-def _knob_knob(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    a, b = skin.knobs[i], skin.knobs[j]
-    x, y = _moved(pose, a[:, 0], a[:, 1])
-    u, v = _moved(there, b[:, 0], b[:, 1])
-    far = np.hypot(x - u, y - v)
-    dx, dy = (x - u) / np.maximum(far, LEAST_DIVISOR), (y - v) / np.maximum(far, LEAST_DIVISOR)
-    fan = np.minimum(_fan(a, pose, -dx, -dy), _fan(b, there, dx, dy))
-    fan = np.where(far <= LEAST_DIVISOR, -np.inf, fan)
-    return Touch(far - a[:, 2] - b[:, 2], np.full(len(far), np.inf), fan, np.stack([x, y], 1), np.stack([dx, dy], 1))
+def _round_round(skin: Skin, kind: IntArray, i: IntArray, j: IntArray) -> Measure:
+    """A knob against a knob, or in a bowl."""
+    hollow = kind != KINDS.index((KNOBS, KNOBS))
+    a, b = skin.knobs[i], np.empty((len(j), 5))
+    b[hollow], b[~hollow] = skin.bowls[j[hollow]], skin.knobs[j[~hollow]]
+    ax, ay, bx, by = a[:, 0], a[:, 1], b[:, 0], b[:, 1]
+    way = np.where(hollow, -1.0, 1.0)
+    reach, fits = a[:, 2] + way * b[:, 2], ~hollow | (b[:, 2] > a[:, 2])
+    one, other = _Fan(a), _Fan(b)
 
+    def measure(pose: FloatArray, there: FloatArray) -> Found:
+        x, y = _moved(pose, ax, ay)
+        u, v = _moved(there, bx, by)
+        dx, dy = x - u, y - v
+        far = np.hypot(dx, dy)
+        size = np.maximum(far, LEAST_DIVISOR)
+        dx, dy = dx / size, dy / size
+        nx, ny = way * dx, way * dy
+        fan = np.minimum(one.inside(pose, -nx, -ny), other.inside(there, dx, dy))
+        fan = np.where(fits & (far > LEAST_DIVISOR), fan, -np.inf)
+        return way * far - reach, np.full(far.shape, np.inf), fan, x, y, nx, ny
 
-def _knob_bowl(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    a, b = skin.knobs[i], skin.bowls[j]
-    x, y = _moved(pose, a[:, 0], a[:, 1])
-    u, v = _moved(there, b[:, 0], b[:, 1])
-    far = np.hypot(x - u, y - v)
-    dx, dy = (x - u) / np.maximum(far, LEAST_DIVISOR), (y - v) / np.maximum(far, LEAST_DIVISOR)
-    fan = np.minimum(_fan(a, pose, dx, dy), _fan(b, there, dx, dy))
-    fits = (b[:, 2] > a[:, 2]) & (far > LEAST_DIVISOR)
-    return Touch(
-        b[:, 2] - far - a[:, 2],
-        np.full(len(far), np.inf),
-        np.where(fits, fan, -np.inf),
-        np.stack([x, y], 1),
-        np.stack([-dx, -dy], 1),
-    )
+    return measure
 
 
 # --- curves
 
+
+class _Bent(NamedTuple):
+    """Of N places with curves: (N,), (N,), (N,), (N, 2) and (N, 2); see `Touch`."""
+
+    value: FloatArray
+    along: FloatArray
+    fan: FloatArray
+    point: FloatArray
+    normal: FloatArray
+
+
+def _curved(
+    measured: Callable[[Skin, Pose, Pose, IntArray, IntArray], _Bent],
+) -> Callable[[Skin, IntArray, IntArray, IntArray], Measure]:
+    """Of N places, as one of M pairs in F poses."""
+
+    def family(skin: Skin, kind: IntArray, i: IntArray, j: IntArray) -> Measure:
+        def measure(pose: FloatArray, there: FloatArray) -> Found:
+            shape = pose.shape[1:]
+            every = np.tile(i, shape[0]), np.tile(j, shape[0])
+            found = measured(skin, tuple(pose.reshape(4, -1)), tuple(there.reshape(4, -1)), *every)
+            flat = (*found[:3], *found.point.T, *found.normal.T)
+            value, along, fan, x, y, nx, ny = (each.reshape(shape) for each in flat)
+            return value, along, fan, x, y, nx, ny
+
+        return measure
+
+    return family
+
+
 _Ahead = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArray], Touch], count: int) -> Touch:
+def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArray], _Bent], count: int) -> _Bent:
     """``work`` for the bends of each contour among ``j``: with their numbers, and their places in j."""
     value, along, fan = np.full(count, np.inf), np.full(count, -np.inf), np.full(count, -np.inf)
     point, normal = np.zeros((count, 2)), np.zeros((count, 2))
@@ -147,7 +228,7 @@ def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArra
         found = work(bend, j[places] - begin, places)
         value[places], along[places], fan[places] = found.value, found.along, found.fan
         point[places], normal[places] = found.point, found.normal
-    return Touch(value, along, fan, point, normal)
+    return _Bent(value, along, fan, point, normal)
 
 
 def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -209,8 +290,8 @@ def _along_from(x: FloatArray, y: FloatArray) -> _Ahead:
     return ahead
 
 
-def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
+def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Bent:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _Bent:
         knob, mine, their = skin.knobs[i[places]], _some(pose, places), _some(there, places)
         wx, wy = _moved(mine, knob[:, 0], knob[:, 1])
         x, y = _inside(their, wx, wy)
@@ -220,13 +301,13 @@ def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         value = nx * (x - px) + ny * (y - py) - knob[:, 2] - bend.reach
         c, s = their[2:]
         dx, dy = c * nx - s * ny, s * nx + c * ny
-        return Touch(value, slack, _fan(knob, mine, -dx, -dy), np.stack([wx, wy], 1), np.stack([dx, dy], 1))
+        return _Bent(value, slack, _fan(knob, mine, -dx, -dy), np.stack([wx, wy], 1), np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
+def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Bent:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _Bent:
         edge, mine, their = skin.edges[i[places]], _some(pose, places), _some(there, places)
         px, py = _inside(their, *_moved(mine, edge[:, 0], edge[:, 1]))
         qx, qy = _inside(their, *_moved(mine, edge[:, 2], edge[:, 3]))
@@ -249,13 +330,13 @@ def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         dx, dy = -(c * ex - sine * ey), -(sine * ex + c * ey)
         point = np.stack(_moved(their, x, y), 1)
         along = np.minimum(np.minimum(s, length - s), np.where(slack >= 0.0, np.inf, slack * length))
-        return Touch(value, along, np.where(faces, np.inf, -np.inf), point, np.stack([dx, dy], 1))
+        return _Bent(value, along, np.where(faces, np.inf, -np.inf), point, np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
+def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Bent:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _Bent:
         bowl, mine, their = skin.bowls[i[places]], _some(pose, places), _some(there, places)
         cx, cy = _inside(their, *_moved(mine, bowl[:, 0], bowl[:, 1]))
 
@@ -268,14 +349,14 @@ def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         fits = (nx * ux + ny * uy > 0.0) & _bulges(bend, at)
         fan = np.where(fits, _fan(bowl, mine, dx, dy), -np.inf)
         point = np.stack(_moved(their, x, y), 1)
-        return Touch(bowl[:, 2] - far - bend.reach, slack, fan, point, np.stack([dx, dy], 1))
+        return _Bent(bowl[:, 2] - far - bend.reach, slack, fan, point, np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> Touch:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> Touch:
-        def inner(mine: Bends, m: IntArray, own: IntArray) -> Touch:
+def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Bent:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _Bent:
+        def inner(mine: Bends, m: IntArray, own: IntArray) -> _Bent:
             some = places[own]
             return _two_bends(mine, m, _some(pose, some), bend, k[own], _some(there, some))
 
@@ -284,7 +365,7 @@ def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
     return _per_curve(skin, j, work, len(i))
 
 
-def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, there: Pose) -> Touch:
+def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, there: Pose) -> _Bent:
     """By Newton's method from the middle of both."""
     u, v = 0.5 * (one.first[i] + one.last[i]), 0.5 * (other.first[j] + other.last[j])
     wide, far = one.last[i] - one.first[i], other.last[j] - other.first[j]
@@ -311,7 +392,7 @@ def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, t
     met = (moved <= PLACES_MEET) & (nx * mx + ny * my < 0.0)
     wx, wy = _moved(pose, x, y)
     dx, dy = -(pose[2] * nx - pose[3] * ny), -(pose[3] * nx + pose[2] * ny)
-    return Touch(
+    return _Bent(
         value,
         inside * wide * speed,
         np.where(met, np.inf, -np.inf),
@@ -320,15 +401,9 @@ def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, t
     )
 
 
-_MEASURE = {
-    (KNOBS, EDGES): _knob_edge,
-    (KNOBS, KNOBS): _knob_knob,
-    (KNOBS, BOWLS): _knob_bowl,
-    (KNOBS, BENDS): _knob_bend,
-    (EDGES, BENDS): _edge_bend,
-    (BOWLS, BENDS): _bowl_bend,
-    (BENDS, BENDS): _bend_bend,
-}
+_MEASURES = (
+    _knob_edge, _round_round, _curved(_knob_bend), _curved(_edge_bend), _curved(_bowl_bend), _curved(_bend_bend),
+)  # fmt: skip
 
 
 # --- which parts are near

@@ -12,7 +12,8 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, add, const, mul, sub, substitute, symbol, walk
 from movimentum.outlines.contour import Contour, put_in, slope
-from movimentum.outlines.skin import Skin, disc_skin, joined_skins, line_moments, skin_of, united
+from movimentum.outlines.moments import Moments, contour_moments, disc_moments, line_moments, summed
+from movimentum.outlines.skin import Skin, disc_skin, gathered, skin_of
 from movimentum.planning.blocks.kinds import Block, Free, Pushing
 from movimentum.planning.blocks.push_rows import GapRow, PullRows, PushRows, SkinBody
 from movimentum.planning.codegen.generate import Clocks, compiled
@@ -305,16 +306,13 @@ def _curve(contour: Contour) -> Callable[[FloatArray], FloatArray]:
 def thing_skin(thing: Thing) -> Skin:
     """What of a thing may touch, in its local frame."""
     x, y = thing.anchors[0].local
-    pieces: list[Skin] = []
-    for rings in pieces_of(thing):
-        skins: list[Skin] = []
-        for ring in rings:
-            if isinstance(ring, Contour):
-                skins.append(skin_of(ring).placed(x, y, 1.0, 0.0))
-            else:
-                skins.append(disc_skin(ring.radius, (x, y)))
-        pieces.append(joined_skins(skins))
-    return united(pieces)
+    skins: list[Skin] = []
+    for ring in (ring for rings in pieces_of(thing) for ring in rings):
+        if isinstance(ring, Contour):
+            skins.append(skin_of(ring).placed(x, y, 1.0, 0.0))
+        else:
+            skins.append(disc_skin(ring.radius, (x, y)))
+    return gathered(skins)
 
 
 def anchor_skin(thing: Thing, anchor: int) -> Skin:
@@ -333,12 +331,12 @@ def _points(system: System, t: int, size: float) -> list[tuple[float, float, flo
     return [(*frame.local((x, y)), weight / size**2) for x, y, weight in as_points(moments_of(thing, size))]
 
 
-def moments_of(thing: Thing, size: float) -> tuple[float, float, float, float, float, float]:
+def moments_of(thing: Thing, size: float) -> Moments:
     """How much the motion of a thing counts: the area of its outline, or of its picture, or of the line through its
-    anchors; see `outlines.skin.Skin`.
+    anchors.
     """
     if rings_of(thing):
-        found = thing_skin(thing).moments
+        found = _outline_moments(thing)
         if found[0] > 0.0:
             return found
     if isinstance(thing.own, SpriteImage) and thing.own.image_size is not None:
@@ -348,11 +346,22 @@ def moments_of(thing: Thing, size: float) -> tuple[float, float, float, float, f
     return line_moments(np.array(places), 0.0 if len(set(places)) > 1 else SMALL * size)
 
 
+def _outline_moments(thing: Thing) -> Moments:
+    """Those of its outline without its holes; what is in a hole does not count."""
+    pieces: list[Moments] = []
+    for rings in pieces_of(thing):
+        some = [contour_moments(ring) if isinstance(ring, Contour) else disc_moments(ring.radius) for ring in rings]
+        pieces.append(summed(some, [1.0, *(-1.0 for _ in some[1:])]))
+    area, x, y, *second = summed(pieces, [1.0] * len(pieces))
+    dx, dy = thing.anchors[0].local
+    return area, x + dx, y + dy, second[0], second[1], second[2]
+
+
 # --- points that move as a whole area does
 
 
-def as_points(moments: tuple[float, float, float, float, float, float]) -> list[tuple[float, float, float]]:
-    """Four points (x, y, weight) with the same area, centre and second moments (see `outlines.skin.Skin`)."""
+def as_points(moments: Moments) -> list[tuple[float, float, float]]:
+    """Four points (x, y, weight) with the same area, centre and second moments."""
     area, x, y, xx, xy, yy = moments
     squares, axes = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]) / area)
     found: list[tuple[float, float, float]] = []

@@ -59,6 +59,15 @@ class BlockProblem:
         scale = self.scale if self.scale.ndim == 1 else self.scale[places]
         return replace(self, inputs=inputs, clocks=clocks, scale=scale)
 
+    def every(self, step: int) -> BlockProblem:
+        """The first of its instants, and every one that is so many after."""
+
+        def some(value: FloatArray) -> FloatArray:
+            return value[::step] if np.ndim(value) else value
+
+        inputs = {n: some(value) for n, value in self.inputs.items()}
+        return replace(self, inputs=inputs, clocks=tuple(map(some, self.clocks)))
+
     def values(self, x: FloatArray) -> dict[int, FloatArray]:
         """The inputs and the core, by unknown number."""
         return {**self.inputs, **dict(zip(self.block.core, x.T, strict=True))}

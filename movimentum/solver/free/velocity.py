@@ -205,6 +205,11 @@ class NearInstants:
         self._sides[2, -1] = AHEAD
         self._sides[2, 0] = BEHIND
 
+    @property
+    def problem(self) -> BlockProblem:
+        """That at the F instants themselves."""
+        return self._looked_at(0)[0].every(1 + POINTS)
+
     def _looked_at(self, number: int) -> tuple[BlockProblem, FloatArray]:
         """The problem at the instants of the choice with that number, one group (1 + `POINTS`) after the other; and by
         which the values give the derivatives (F, 2, `POINTS`): from all, and without the outermost.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -11,7 +10,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.skin import gathered
-from movimentum.outlines.touching import KINDS, Touch, circles, measured
+from movimentum.outlines.touching import KINDS, Places, circles
 from movimentum.planning.blocks.push_rows import GapRow
 
 FEW_PAIRS = 20_000
@@ -166,25 +165,10 @@ class Bodies:
 
     # --- how far apart
 
-    def touch(self, pairs: Pairs, poses: FloatArray) -> Touch:
-        """Of F poses (4, F, B), the places of M pairs whose kinds are in order: (F, M) and (F, M, 2)."""
-        count, size = poses.shape[1], len(pairs.gap)
-        value, along, fan = (np.empty((count, size)) for _ in range(3))
-        point, normal = np.empty((count, size, 2)), np.empty((count, size, 2))
-        one, other = poses[:, :, self.first[pairs.gap]], poses[:, :, self.second[pairs.gap]]
-        cuts = [0, *(np.nonzero(np.diff(pairs.kind))[0] + 1).tolist(), size]
-        for low, high in itertools.pairwise(cuts):
-            if low == high:
-                continue
-            i, j = np.tile(pairs.i[low:high], count), np.tile(pairs.j[low:high], count)
-            here, there = (tuple(each[:, :, low:high].reshape(4, -1)) for each in (one, other))
-            found = measured(int(pairs.kind[low]), self.skin, here, there, i, j)
-            part = slice(low, high)
-            value[:, part], along[:, part], fan[:, part] = (
-                each.reshape(count, -1) for each in (found.value, found.along, found.fan)
-            )
-            point[:, part], normal[:, part] = found.point.reshape(count, -1, 2), found.normal.reshape(count, -1, 2)
-        return Touch(value, along, fan, point, normal)
+    def places(self, pairs: Pairs) -> Places:
+        """M pairs whose kinds are in order, made ready to be measured in any poses."""
+        first, second = self.first[pairs.gap], self.second[pairs.gap]
+        return Places(self.skin, pairs.kind, pairs.i, pairs.j, first, second)
 
 
 def _products(

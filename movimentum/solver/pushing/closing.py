@@ -43,20 +43,27 @@ def closes(step: PhaseStep) -> tuple[float, PartPair] | None:
                 first = there, contact
     if not some:
         return first
-    course = step.course
-    closed, size = course.closed, course.plan.size
-    for fall, contact in _falls(step, some):
+    closed = step.course.closed
+    for fall, contact in _on_parts(step, _falls(step, some)):
         tau = step.t0 + step.h * fall.share
         if first is not None and tau > first[0] + PUSH_LOOK * step.h:
             break
-        _, along, fan = step.places([contact], np.array([tau]))
-        if not (along[0, 0] >= -PUSH_DENSE_GAP * size and fan[0, 0] >= -ASIDE):  # beside its parts
-            continue
         bracket = step.t0 + step.h * fall.low, step.t0 + step.h * fall.high
         met = step.met(contact, tau, bracket, -0.5 * closed if fall.near else 0.0)
         if met is not None and (first is None or (met, contact) < first):
             first = met, contact
     return first
+
+
+def _on_parts(step: PhaseStep, some: Sequence[tuple[Fall, PartPair]]) -> list[tuple[Fall, PartPair]]:
+    """Those that are not clearly beside their parts."""
+    if not some:
+        return []
+    times = step.t0 + step.h * np.array([fall.share for fall, _ in some])
+    contacts = list(dict.fromkeys(contact for _, contact in some))
+    _, along, fan = step.places(contacts, times)
+    near = (along >= -PUSH_DENSE_GAP * step.course.plan.size) & (fan >= -ASIDE)
+    return [each for k, each in enumerate(some) if near[k, contacts.index(each[1])]]
 
 
 def _falls(step: PhaseStep, some: Sequence[PartPair]) -> list[tuple[Fall, PartPair]]:
@@ -107,7 +114,7 @@ def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, 
     pairs = pairs.some(contacts.bodies.others(pairs, contacts.chosen(step.held).pairs))
     if not len(pairs.gap):
         return [], []
-    touch, way = contacts.bodies.touch(pairs, poses), way[pairs.gap]
+    touch, way = contacts.bodies.places(pairs).touch(poses), way[pairs.gap]
     margins = margins[:, pairs.gap]
     values, size = touch.value + margins, course.plan.size
     sharp = contacts.sharp(pairs, margins[0])
@@ -123,7 +130,7 @@ def _gaps(step: PhaseStep) -> tuple[list[PartPair], list[tuple[PartPair, float, 
     if len(tips):
         knobs = contacts.bodies.skin.knobs[:, 2]
         radii = knobs[pairs.i[tips]] + knobs[pairs.j[tips]]
-        middles = (touch.value[:, tips] + radii)[..., None] * touch.normal[:, tips]
+        middles = ((touch.value[:, tips] + radii) * touch.normal[:, :, tips]).transpose(1, 2, 0)
         passing = _passes(middles[:-1], middles[1:], radii - margins[:-1, tips])
         found[:, tips] |= passing & apart[:, tips] & turned[:, tips]
     some = np.nonzero(found.any(axis=0))[0]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.outlines.touching import KINDS, KNOBS, Touch
+from movimentum.outlines.touching import KINDS, KNOBS, Places, Touch
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
@@ -125,8 +125,8 @@ class Contacts:
         chosen = self.chosen(tuple(contacts))
         values = self.values(problem, x)[:, chosen.push]
         along, fan = np.full(values.shape, np.inf), np.full(values.shape, np.inf)
-        if len(chosen.places):
-            touch = self.bodies.touch(chosen.pairs, self.bodies.poses(problem.inputs, x))
+        if chosen.measured is not None:
+            touch = chosen.measured.touch(self.bodies.poses(problem.inputs, x))
             values[:, chosen.places] += touch.value
             along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
         return values, along, fan
@@ -136,9 +136,9 @@ class Contacts:
     ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """The same for poses (4, F, B) of the outlines; None where these do not tell the values."""
         chosen = self.chosen(tuple(contacts))
-        if not chosen.posed:
+        if chosen.measured is None or not chosen.posed:
             return None
-        touch = self.bodies.touch(chosen.pairs, poses)
+        touch = chosen.measured.touch(poses)
         values = self.rows.fixed[chosen.push[chosen.places]] + touch.value
         if len(contacts) == 1:
             return values, touch.along, touch.fan
@@ -153,16 +153,16 @@ class Contacts:
         if self.rows.entries:
             slopes[:, :, :n] = self.slopes(problem, x)[:, chosen.push]
         along, fan = np.full((count, size), np.inf), np.full((count, size), np.inf)
-        if len(chosen.places):
+        if chosen.measured is not None:
             poses = self.bodies.poses(problem.inputs, x)
-            touch = self.bodies.touch(chosen.pairs, poses)
+            touch = chosen.measured.touch(poses)
             values[:, chosen.places] += touch.value
             along[:, chosen.places], fan[:, chosen.places] = touch.along, touch.fan
             flat = slopes.reshape(count, -1)
             for sign, (bodies, entries) in zip((1.0, -1.0), chosen.sides, strict=True):
                 px, py, c, s = poses[:, :, bodies]
-                px, py = touch.point[..., 0] - px, touch.point[..., 1] - py
-                nx, ny = sign * touch.normal[..., 0], sign * touch.normal[..., 1]
+                px, py = touch.point[0] - px, touch.point[1] - py
+                nx, ny = sign * touch.normal[0], sign * touch.normal[1]
                 square = c * c + s * s
                 along_, across = (c * px + s * py) / square, (c * py - s * px) / square
                 four = np.concatenate([nx, ny, nx * along_ + ny * across, ny * along_ - nx * across], axis=1)
@@ -199,7 +199,8 @@ class Contacts:
                 given, taken = np.delete(given, once), np.delete(taken, once)
             sides.append((bodies, tuple(entries)))
         posed = len(places) == len(contacts) and bool(self._still[pairs.gap].all())
-        return _Chosen(push, places, pairs, (sides[0], sides[1]), posed)
+        measured = self.bodies.places(pairs) if len(places) else None
+        return _Chosen(push, places, pairs, measured, (sides[0], sides[1]), posed)
 
     # --- outlines
 
@@ -216,11 +217,12 @@ class Contacts:
             poses = self.bodies.poses(problem.inputs, x)
             margins = values[self.bodies.push]
             pairs = self.bodies.near(poses[:, 0], 2.0 * within - margins)
-            touch = self.bodies.touch(pairs, poses).first()
-            close = (np.abs(touch.value + margins[pairs.gap]) <= within) & touch.there(within)
+            touch = self.bodies.places(pairs).touch(poses)
+            value = touch.value[0]
+            close = (np.abs(value + margins[pairs.gap]) <= within) & touch.there(within)[0]
             sharp = self.sharp(pairs, margins[pairs.gap])
-            ends = touch.point[sharp & (np.abs(touch.value) <= within)]
-            of_ends = pairs.gap[sharp & (np.abs(touch.value) <= within)]
+            ends = touch.point[:, 0, sharp & (np.abs(value) <= within)].T
+            of_ends = pairs.gap[sharp & (np.abs(value) <= within)]
             some = np.nonzero(close & ~sharp)[0]
             some = some[np.argsort(pairs.gap[some], kind="stable")]
             touching = pairs.some(some)
@@ -243,13 +245,13 @@ class Contacts:
         return found
 
     def _met(self, pairs: Pairs, touch: Touch, some: IntArray) -> FloatArray:
-        """(M, 2) where parts touch, ``some`` of the places: beside the middle of a knob."""
-        found = touch.point[some].copy()
+        """(M, 2) where parts touch, ``some`` of the places of one pose: beside the middle of a knob."""
+        found, normal = touch.point[:, 0, some].T, touch.normal[:, 0, some].T
         first, second = np.array(KINDS)[pairs.kind].T
         knobs = self.bodies.skin.knobs[:, 2:3]
         one, other = first == KNOBS, (first != KNOBS) & (second == KNOBS)
-        found[one] -= touch.normal[some][one] * knobs[pairs.i[one]]
-        found[other] += touch.normal[some][other] * knobs[pairs.j[other]]
+        found[one] -= normal[one] * knobs[pairs.i[one]]
+        found[other] += normal[other] * knobs[pairs.j[other]]
         return found
 
     def pair(self, contact: PartPair) -> tuple[int, tuple[int, int] | None]:
@@ -276,12 +278,13 @@ _Side = tuple[IntArray, tuple[tuple[IntArray, IntArray], ...]]
 @dataclass(frozen=True, slots=True, eq=False)
 class _Chosen:
     """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
-    these ``pairs``. ``sides``: of each side the bodies (M,); and places among (k, n + q) slopes, with the derivatives
-    there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of outlines tell all values.
+    these ``pairs``, ready to be ``measured``. ``sides``: of each side the bodies (M,); and places among (k, n + q)
+    slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of outlines tell all values.
     """
 
     push: IntArray
     places: IntArray
     pairs: Pairs
+    measured: Places | None
     sides: tuple[_Side, _Side]
     posed: bool

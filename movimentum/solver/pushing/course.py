@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
+from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem
@@ -273,13 +274,18 @@ def moving(block: Pushing, rates: FloatArray) -> BoolArray:
     together.
     """
     found = (rates != 0.0).any(axis=0)
-    tied: dict[int, list[int]] = {}
-    for row, column in block.entries:
-        tied.setdefault(row, []).append(column)
-    before = -1
-    while before != int(found.sum()):
-        before = int(found.sum())
-        for columns in tied.values():
-            if found[columns].any():
-                found[columns] = True
+    if found.all() or not found.any():
+        return np.asarray(found, dtype=np.bool_)
+    tied = _tied(block)
+    return np.isin(tied, tied[found])
+
+
+@lru_cache(maxsize=256)
+def _tied(block: Pushing) -> IntArray:
+    """(n,) which unknowns equations tie together: those with the same number."""
+    of_row: dict[int, int] = {}
+    links = [(of_row.setdefault(row, column), column) for row, column in block.entries]
+    found = np.empty(len(block.core), dtype=np.int64)
+    for number, some in enumerate(groups(len(block.core), links)):
+        found[some] = number
     return found

@@ -20,7 +20,7 @@ from movimentum.solver.pushing.together import opening, velocities
 from movimentum.tolerances import COARSEST_FREE_MOTION_STEP, LEAST_DIVISOR, PUSH_EVENT, PUSH_LOOK
 
 FIRST_STEP = 0.25
-"""Of the longest one."""
+"""Of the longest one, where something is free."""
 TURN = 0.15
 """Radians: what outlines turn in a step at most where they are near each other; and curves move so much of the smaller
 one's size:
@@ -66,9 +66,12 @@ class Going:
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
         self.event: Seen | None = None
 
-    def first(self, tolerance: float) -> float:
-        """The first step: all that may be, where it need not be exact (``tolerance``: of a step)."""
-        return (FIRST_STEP if tolerance < COARSEST_FREE_MOTION_STEP else 1.0) * self.course.ahead(self.tau)
+    def first(self, determined: bool, tolerance: float) -> float:
+        """The first step: all that may be, where nothing is free, or where it need not be exact (``tolerance``: of a
+        step).
+        """
+        whole = determined or tolerance >= COARSEST_FREE_MOTION_STEP
+        return (1.0 if whole else FIRST_STEP) * self.course.ahead(self.tau)
 
     def velocity(self, tau: float, x: FloatArray, after: bool = False) -> FloatArray:
         """The velocity (n,) at core values ``x`` (n,); ``after``: that of what comes after, if there is a kink."""
@@ -84,7 +87,8 @@ class Going:
         if not bodies.sides:
             return most
         ahead = PUSH_LOOK * self.course.spacing
-        now, later = self._poses(tau, x), self._poses(tau + ahead, x + ahead * rate)
+        inputs = self.course.probe(np.array([tau, tau + ahead])).inputs
+        now, later = np.moveaxis(bodies.poses(inputs, np.stack([x, x + ahead * rate])), 1, 0)
         (x0, y0), (x1, y1) = bodies.middles(now), bodies.middles(later)
         speeds, turns = np.hypot(x1 - x0, y1 - y0) / ahead, np.abs(now[2] * later[3] - now[3] * later[2]) / ahead
         a, b = bodies.first, bodies.second
@@ -95,10 +99,6 @@ class Going:
         smaller = np.asarray(np.where(low > 0.0, low, high), dtype=np.float64)
         near: FloatArray = np.where(bodies.bends[a] | bodies.bends[b], np.minimum(alone, WAY * smaller / fast), alone)
         return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
-
-    def _poses(self, tau: float, x: FloatArray) -> FloatArray:
-        """(4, B) where outlines are."""
-        return self.course.contacts.bodies.poses(self.course.at(tau).inputs, x[None])[:, 0]
 
     def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
         """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""

@@ -10,7 +10,14 @@ from movimentum.arrays import FloatArray
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.block.scaling import scaled
 from movimentum.solver.pushing.contacts import Contacts, PartPair
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_AFTER_THIS, PUSH_RANK, PUSH_RESTORED
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PUSH_AFTER_INDEPENDENT,
+    PUSH_AFTER_THIS,
+    PUSH_INDEPENDENT,
+    PUSH_RANK,
+    PUSH_RESTORED,
+)
 
 ROUNDS = 12
 """Newton steps at most."""
@@ -52,8 +59,10 @@ def held_at(
         matrix, right = wide[go], residual[go] / lengths[go]
         # rows that depend on each other agree, so a trace of the identity changes nothing but that there is a solution
         squares = matrix @ np.swapaxes(matrix, 1, 2) + PUSH_RANK * np.eye(matrix.shape[1])
-        step = np.swapaxes(matrix, 1, 2) @ np.linalg.solve(squares, right[..., None])
-        last = off[go] <= PUSH_AFTER_THIS
+        inverse = np.asarray(np.linalg.inv(squares), dtype=np.float64)
+        step = np.swapaxes(matrix, 1, 2) @ (inverse @ right[..., None])
+        clear = np.max(np.abs(inverse), axis=(1, 2), initial=0.0) <= PUSH_INDEPENDENT
+        last = off[go] <= np.where(clear, PUSH_AFTER_INDEPENDENT, PUSH_AFTER_THIS)
         going = going[go]
         x[going] -= step[..., 0] @ frame.T
         done = going[last]

@@ -133,7 +133,10 @@ class PhaseStep:
         if not first > 0.0 > last:
             return None
         there = narrowed(beside, (low, first), (high, last), PUSH_BRUSHES * self.h)[2]
-        now, closed = float(self.places_at([contact], there)[0][0]), self.course.closed
+        closed, nearly = self.course.closed, float(self.places([contact], np.array([there]))[0][0, 0])
+        if nearly < -PUSH_DENSE_GAP * self.course.plan.size:
+            return None
+        now = float(self.places_at([contact], there)[0][0])
         if now > closed:
             return self.met(contact, there, (there, high), 0.0)
         return there if now > -closed and self._slack_at(contact, there) >= -closed else None
@@ -187,6 +190,11 @@ class PhaseStep:
         tau = narrowed(nearly, low, high, width)[2]
         if not low[0] < tau - width < tau < high[0]:
             return tau
+        now, aside = truly(tau), PUSH_LOOK * self.h
+        before, after = nearly(np.array([tau - aside, tau + aside])).tolist()
+        aim = tau - now * 2.0 * aside / (after - before) + 0.5 * width if after < before else np.inf
+        if abs(aim - tau) <= aside and low[0] < aim < high[0] and truly(aim) < 0.0:
+            return aim
         first, last = truly(tau - width), truly(tau)
         if first >= 0.0 > last:
             return tau

@@ -67,7 +67,7 @@ class Strides:
         going, tolerance = self.going, self.tolerance * tightening()
         self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
         self.determined = going.determined(tau, x)
-        length, spent, stage = going.first(self.tolerance), 0, 0
+        length, spent, stage = going.first(self.determined, self.tolerance), 0, 0
         while self.tau < end:
             spent += 1
             if spent > STEPS:
@@ -115,9 +115,9 @@ class Strides:
                 return there, some
         return None
 
-    def _determined(self, step: float, problem: BlockProblem, guess: FloatArray) -> tuple[Stride | None, float, int]:
+    def _determined(self, step: float, near: NearInstants, guess: FloatArray) -> tuple[Stride | None, float, int]:
         """The same where nothing is free: the poses alone tell how fast they change."""
-        course, x = self.going.course, self.x
+        course, x, problem = self.going.course, self.x, near.problem
         held = self._held(problem, guess, course.moving(self.rate[None]))
         if held is None:
             return None, np.inf, 1
@@ -132,7 +132,6 @@ class Strides:
         coefficients[0, ~moving] = x[~moving]
         if error > 1.0:
             return None, error, 1
-        near = NearInstants(course.differences, times_of(self.tau, step))
         instants = course.instants(problem, near, there, self.going.touching)
         return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, 1
 
@@ -143,12 +142,13 @@ class Strides:
         going, x = self.going, self.x
         course, turning = going.course, going.course.turning
         times = times_of(self.tau, step)
-        problem, near = course.probe(times), NearInstants(course.differences, times)
+        near = NearInstants(course.differences, times)
+        problem = near.problem
         pace = turning.paces(x, self.rate)
         guess = turning.moved(x, (times - self.tau)[:, None] * pace)
         guess[0] = x
         if self.determined:
-            return self._determined(step, problem, guess)
+            return self._determined(step, near, guess)
         moving, before = course.moving(self.rate[None]), np.inf
         for rounds in range(1, ROUNDS + 1):
             held = self._held(problem, guess, moving)

@@ -19,6 +19,7 @@ from movimentum.solver.pushing.programs import Rows
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     PUSH_HOLDS,
+    PUSH_INDEPENDENT,
     PUSH_MOVES,
     PUSH_RANK,
     PUSH_RESTS,
@@ -139,12 +140,29 @@ def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[..., None])[..., 0], dtype=np.float64)
 
 
+def _of_independent(matrices: FloatArray) -> FloatArray | None:
+    """The pseudo-inverses of matrices whose rows of unit length are clearly independent; None where they are not."""
+    across = np.swapaxes(matrices, 1, 2)
+    try:
+        squares = np.linalg.inv(matrices @ across)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.max(np.abs(squares)) <= PUSH_INDEPENDENT:
+        return None
+    found = across @ squares
+    return np.asarray(2.0 * found - found @ (matrices @ found), dtype=np.float64)
+
+
 def _split(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The pseudo-inverses (F, n, m) of matrices (F, m, n), and what projects on their null spaces (F, n, n)."""
     count, m, n = matrices.shape
     whole = np.broadcast_to(np.eye(n), (count, n, n))
     if m == 0:
         return np.zeros((count, n, 0)), whole
+    if m <= n:
+        found = _of_independent(matrices)
+        if found is not None:
+            return found, whole - np.swapaxes(matrices, 1, 2) @ np.swapaxes(found, 1, 2)
     left, singular, right = np.linalg.svd(matrices, full_matrices=False)
     known = singular > RANK_OF_ROWS * np.maximum(singular[:, :1], LEAST_DIVISOR)
     across = np.swapaxes(right, 1, 2)
