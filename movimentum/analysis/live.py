@@ -19,8 +19,7 @@ from movimentum.scene.shown import ARROW, CAMERA, CIRCLE, FILM, POLE, CameraView
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.things.kind import Valued
-from movimentum.things.kinds.poles import CENTRE, INFLECTION, POLODE
-from movimentum.things.kinds.vector import VectorScale
+from movimentum.things.kinds.motion import CENTRE, INFLECTION, POLODE, VectorScale
 from movimentum.tolerances import LARGEST_VIEW, SAME_ZOOM, SMALLEST_VIEW
 
 

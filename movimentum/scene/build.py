@@ -54,7 +54,7 @@ from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
 from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
-from movimentum.things.kinds.skeleton import SKELETON
+from movimentum.things.kinds.beside import SKELETON
 
 
 def build(

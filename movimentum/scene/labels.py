@@ -20,7 +20,7 @@ from movimentum.syntax.expression_tree import Expression, Name, postorder
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import Definition, Option, Text, TextField
 from movimentum.things.kind import Valued
-from movimentum.things.kinds.trace import TRACE
+from movimentum.things.kinds.motion import TRACE
 from movimentum.tolerances import LARGEST_VIEW, SMALLEST_VIEW
 
 LONGEST = 200

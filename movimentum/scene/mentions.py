@@ -10,7 +10,7 @@ from movimentum.scene.model import AnchorRef, GearPair, Thing, Variable
 from movimentum.scene.resolve import AngleUse, PropertyUse, ResolvedStatement, VariableUse
 from movimentum.syntax.expression_tree import Name
 from movimentum.syntax.tree import Statement
-from movimentum.things.kinds.cut import CUT
+from movimentum.things.kinds.bodies import CUT
 
 
 def variables_of(items: Sequence[ResolvedStatement], inference: Inference) -> dict[str, Variable]:

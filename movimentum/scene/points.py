@@ -14,8 +14,7 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Member, Negate
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Reference, is_fixed_point
-from movimentum.things.kinds.cord import Course
-from movimentum.things.kinds.line import LINE
+from movimentum.things.kinds.between import LINE, Course
 from movimentum.things.registry import kind_of
 
 

@@ -11,8 +11,8 @@ from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Definition, Reference
 from movimentum.text import raised
 from movimentum.things.kind import ThingKind
-from movimentum.things.kinds.group import GROUP
-from movimentum.things.kinds.trace import TRACE
+from movimentum.things.kinds.beside import GROUP
+from movimentum.things.kinds.motion import TRACE
 from movimentum.things.registry import KINDS, kind_of
 
 

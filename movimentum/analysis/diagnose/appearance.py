@@ -12,7 +12,7 @@ from movimentum.scene.model import Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import SEEN, Poses
 from movimentum.text import number
-from movimentum.things.kinds.trace import TRACE
+from movimentum.things.kinds.motion import TRACE
 from movimentum.tolerances import LOOKS_SAME
 
 LOOKED_AT = 400

@@ -14,7 +14,7 @@ from movimentum.scene.model import Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import number
-from movimentum.things.kinds.disc import DISC
+from movimentum.things.kinds.bodies import DISC
 from movimentum.things.kinds.toothed import GEAR
 from movimentum.tolerances import LOOKS_SAME
 

@@ -13,7 +13,7 @@ from movimentum.scene.model import AnchorCoordinate, FixedPoint
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.valued import has_value
 from movimentum.text import listed, time_text
-from movimentum.things.kinds.vector import VectorScale
+from movimentum.things.kinds.motion import VectorScale
 
 CODE = "name/no-value"
 LOOKED_AT = 200
