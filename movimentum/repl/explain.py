@@ -207,7 +207,7 @@ def _matrices(session: Session, name: str) -> str:
 @COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
     """a film of each free motion back and forth, in turn"""
-    from movimentum.analysis.interactive.wiggle import wiggles
+    from movimentum.analysis.interactive.branches import wiggles
 
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.valueless import lacks
+from movimentum.analysis.diagnose.undetermined import lacks
 from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
@@ -225,7 +225,7 @@ def _equations(session: Session) -> str:
     """The scalar equations of every block, and what each block puts into the later ones."""
     from sympy import sstr
 
-    from movimentum.analysis.interactive.scalar_equations import block_equations
+    from movimentum.analysis.interactive.determination import block_equations
 
     piece, tau = session.piece
     lines = ["in the order in which they are solved; angles in radians inside; t counts from this step"]

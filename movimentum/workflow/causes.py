@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.remedies import other_pins
+from movimentum.analysis.diagnose.trials import other_pins
 from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
@@ -212,7 +212,7 @@ class Influence:
 
 def blame(inspector: Inspector, text: str) -> list[Influence]:
     """Which statements and lengths the value of an expression depends on at the moment, the strongest first."""
-    from movimentum.analysis.interactive.sensitivity import sensitivities
+    from movimentum.analysis.interactive.matrix import sensitivities
 
     thing = inspector.thing(text)
     expressions = inspector.expressions(f"{text}.angle" if thing is not None else text)
@@ -308,7 +308,7 @@ def trace(inspector: Inspector) -> list[TraceStep]:
 
 def _trace_step(inspector: Inspector, block: Block, begun: PathBeginning | None) -> TraceStep:
     """A block."""
-    from movimentum.analysis.diagnose.equal_solutions import solutions_of
+    from movimentum.analysis.diagnose.ambiguity import solutions_of
     from movimentum.planning.blocks.kinds import Free, Integral, method_of, simultaneous
 
     plan, scene = inspector.segment_motion.plan, inspector.work.scene

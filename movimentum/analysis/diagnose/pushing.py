@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.reach import constraint_of
+from movimentum.analysis.diagnose.places import constraint_of
 from movimentum.analysis.happenings import ContactEvent, contact_events
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions.walk import symbols
