@@ -21,7 +21,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Candidate, Part

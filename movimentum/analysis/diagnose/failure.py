@@ -28,7 +28,7 @@ from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.rejections import Rejection
+from movimentum.solver.start.judgements import Rejection
 from movimentum.source import Edit, Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE

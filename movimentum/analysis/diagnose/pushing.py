@@ -17,7 +17,7 @@ from movimentum.solver.pushing.freeing import FreePlace
 from movimentum.solver.pushing.phases import MOST_EVENTS
 from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
-from movimentum.solver.start.rejections import Rejection
+from movimentum.solver.start.judgements import Rejection
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import SAME_INSTANT
 

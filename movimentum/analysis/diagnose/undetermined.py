@@ -16,9 +16,9 @@ from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.structure.rates import RateError, RateTrouble
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, FixedPoint, Relation, Scene, VariableComponent
+from movimentum.solver.kept import has_value
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.solver.valued import has_value
 from movimentum.source import Span
 from movimentum.text import listed, time_text
 from movimentum.things.kinds.motion import VectorScale

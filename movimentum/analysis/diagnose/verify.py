@@ -14,12 +14,11 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Newton, Quadratic
 from movimentum.records import dataclass
 from movimentum.solver.block import closed_form
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.judge import Judge
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.tolerances import FRAME_SOLVED, JUDGED_BESIDE, UNCERTAIN_AT_FOLD
 
@@ -173,8 +172,7 @@ def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray 
     """Largest over smallest singular value of the scaled Jacobian at each instant."""
     if len(tau) == 0:
         return np.zeros(0)
-    from movimentum.solver.block.problem import BlockProblem
-    from movimentum.solver.block.scaling import scaled
+    from movimentum.solver.block.problem import BlockProblem, scaled
 
     instants = piece.instants(tau)
     if values is None:

@@ -16,8 +16,7 @@ from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.kinds.kernels import evaluate

@@ -31,7 +31,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import ThingAngle, ThingProperty
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.tolerances import LEAST_DIVISOR, NO_INFLUENCE, RANK_FOR_FREEDOM, ZERO_ENTRY, ZERO_PIVOT
