@@ -22,7 +22,7 @@ from movimentum.planning.structure.graph import maximum_matching
 from movimentum.solver import beginning
 from movimentum.solver.block import change_points
 from movimentum.solver.block.problem import null_space
-from movimentum.solver.continuation import coincidences, trace
+from movimentum.solver.continuation import coincidences, steps, trace
 from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
