@@ -17,10 +17,8 @@ from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.query import reader
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
-from movimentum.repl.session import Session, refused
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, split_output, table
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate

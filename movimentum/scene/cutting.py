@@ -189,7 +189,7 @@ def _cut_thing(
     profile: CutProfile | None,
     findings: Findings,
 ) -> Thing:
-    from movimentum.scene.wholes import wholes
+    from movimentum.scene.points import wholes
 
     definition, thing = definitions[number], table.things[number]
     if not _in_order(definition, table, findings):

@@ -17,10 +17,10 @@ from movimentum.expressions import Expr, const
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import HERE, CopyFrame
 from movimentum.scene.expansion.product import NamedConstant
+from movimentum.scene.expansion.table_files import Tables
 from movimentum.scene.relations import GapSide as GapSide
 from movimentum.scene.relations import Relation as Relation
 from movimentum.scene.shown import CameraView, Piece
-from movimentum.scene.tables import Tables
 from movimentum.scene.themes import Theme
 from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose

@@ -17,10 +17,9 @@ from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
 from movimentum.records import dataclass, replace
-from movimentum.scene.copy_edits import in_script, written_once
 from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
-from movimentum.scene.text_edits import removed, turned_round
+from movimentum.scene.text_edits import in_script, removed, turned_round, written_once
 from movimentum.solver.basis.effort import GivenUp
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.glimpse import glimpse, renumbered, shown_at

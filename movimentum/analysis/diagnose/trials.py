@@ -15,10 +15,9 @@ from movimentum.errors import MovimentumError
 from movimentum.expressions import Expr
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import replace
-from movimentum.scene.copy_edits import arguments, array_of, in_script, of_one, written_once
 from movimentum.scene.extended import SceneExtender
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Relation, Scene, Thing
-from movimentum.scene.text_edits import lengthened, removed
+from movimentum.scene.text_edits import arguments, array_of, in_script, lengthened, of_one, removed, written_once
 from movimentum.solver.basis.effort import GivenUp, limited
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
