@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from movimentum.solver.block.local import Local  # noqa: E402
-from movimentum.solver.continuation import steps, strides, trace  # noqa: E402
+from movimentum.solver.continuation import steps, trace  # noqa: E402
 from movimentum.solver.kinds import newton  # noqa: E402
 from movimentum.source import SourceText  # noqa: E402
 from movimentum.workflow.choices import Choices  # noqa: E402
@@ -182,16 +182,16 @@ def loosened(limits: steps.StepLimits, *, oriented: bool, long: bool) -> Iterato
     """Inside, steps count by ``limits``; ``oriented``: if the determinant keeps its sign; ``long``: nodes may be passed
     together.
     """
-    before = steps.CERTAIN, trace.attempt, strides.FEWEST, Local.orientation
+    before = steps.CERTAIN, trace.attempt, steps.FEWEST, Local.orientation
     steps.CERTAIN = limits
     trace.attempt = functools.partial(before[1], limits=limits)
-    strides.FEWEST = before[2] if long else 10**9
+    steps.FEWEST = before[2] if long else 10**9
     if not oriented:
         Local.orientation = lambda *_: 0.0
     try:
         yield
     finally:
-        steps.CERTAIN, trace.attempt, strides.FEWEST, Local.orientation = before
+        steps.CERTAIN, trace.attempt, steps.FEWEST, Local.orientation = before
 
 
 NOTHING = 1e9
@@ -213,7 +213,7 @@ def followed(triad: Triad, fps: int) -> tuple[FloatArray, FloatArray, int, int, 
     """
     timeline = arranged(understand(SourceText("triad.mov", triad.script(fps))), Choices())
     calls, seconds = [0], [0.0]
-    inner, followed_before = (trace.attempt, strides.attempt), newton.trace
+    inner, followed_before = (trace.attempt, steps.attempt), newton.trace
 
     def timed(*arguments: Any) -> Any:
         begin = time.process_time()
@@ -229,12 +229,12 @@ def followed(triad: Triad, fps: int) -> tuple[FloatArray, FloatArray, int, int, 
 
         return call
 
-    trace.attempt, strides.attempt = map(counting, inner)
+    trace.attempt, steps.attempt = map(counting, inner)
     newton.trace = timed
     try:
         motion = moved(timeline)
     finally:
-        trace.attempt, strides.attempt = inner
+        trace.attempt, steps.attempt = inner
         newton.trace = followed_before
     poses = motion.poses(0, timeline.frame_count)
     platform = next(thing for thing in timeline.scene.things if thing.name == "T")

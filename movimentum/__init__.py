@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from movimentum.errors import UsageError as UsageError
     from movimentum.settings import Accuracy as Accuracy
     from movimentum.settings import FailurePolicy as FailurePolicy
-    from movimentum.studio.live import studio as studio
+    from movimentum.studio.widget import studio as studio
 
     __version__: str
 

@@ -11,8 +11,8 @@ from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, evaluate_op, walk
 from movimentum.expressions.tables import Table
 from movimentum.scene.build import build
+from movimentum.scene.expansion.table_files import ReadTable, TableColumn
 from movimentum.scene.model import AnchorCoordinate, Anonymous, Constraint, Relation, Scene, VariableComponent
-from movimentum.scene.tables import ReadTable, TableColumn
 from movimentum.solver.carving import carve
 from movimentum.source import SourceText
 from movimentum.syntax.parser import parse

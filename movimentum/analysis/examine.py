@@ -10,16 +10,19 @@ import numpy as np
 
 from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.ambiguity import ambiguities
-from movimentum.analysis.diagnose.appearance import odd_looks
 from movimentum.analysis.diagnose.claims import claim_diagnostics
-from movimentum.analysis.diagnose.film_loops import film_loops
-from movimentum.analysis.diagnose.forgotten import forgotten
-from movimentum.analysis.diagnose.jumps import jumps
+from movimentum.analysis.diagnose.forgotten import forgotten, odd_looks
+from movimentum.analysis.diagnose.jumps import film_loops, jumps
 from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
 from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
-from movimentum.analysis.diagnose.undetermined import free_motions, unstated_names
-from movimentum.analysis.diagnose.valueless import empty_graphs, undefined_arrows, valueless
+from movimentum.analysis.diagnose.undetermined import (
+    empty_graphs,
+    free_motions,
+    undefined_arrows,
+    unstated_names,
+    valueless,
+)
 from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
@@ -198,7 +201,7 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
             usual = LARGE_FREE_MOTION_STEP if isinstance(block, Free) and block.sparse is not None else FREE_MOTION_STEP
             if isinstance(track, FlowTrack):
-                from movimentum.analysis.diagnose.differential import uncertain
+                from movimentum.analysis.diagnose.ends import uncertain
 
                 yield from uncertain(segment_motion, block, track)
                 track = track.core
@@ -228,7 +231,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     span = motion.span(index, 0, motion.timeline.frame_count)
     if span is None or any(t.kind is FailureKind.START for t in segment_motion.troubles):
         return
-    from movimentum.analysis.diagnose.conditioning import nearly_singular
+    from movimentum.analysis.diagnose.verify import nearly_singular
 
     scene = segment_motion.plan.system.scene
     for found in nearly_singular(motion, segment_motion, *span):

@@ -50,7 +50,7 @@ class Written:
 
 def data_frame(motion: AnyMotion, chunks: Iterable[Poses], frames: IntArray) -> Any:
     """See `Motion.to_dataframe`."""
-    from movimentum.analysis.diagnose.valueless import never_valued
+    from movimentum.analysis.diagnose.undetermined import never_valued
     from movimentum.interop.tables import columns
 
     pandas = _pandas()

@@ -330,7 +330,7 @@ class Script(UnderstoodScript):
 
         `UsageError` (``usage/extra``) without the extra ``notebook``.
         """
-        from movimentum.studio.live import refuse_missing
+        from movimentum.studio.widget import refuse_missing
 
         refuse_missing()
         from movimentum.studio.widget import StudioWidget

@@ -28,9 +28,8 @@ from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.block.formulas import UnknownFormulas
-from movimentum.solver.block.sizes import scale_of
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.block.problem import scale_of
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.tolerances import INDEPENDENT_EQUATIONS, JUMP_IN_TUBE, ROOM_AT_INSTANT, ROOM_IN_TUBE, UNIT_ROUNDOFF
 
 TRIES = 4

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.poles import place_of, pole_of
+from movimentum.analysis.live import place_of, pole_of
 from movimentum.arrays import FloatArray
 from movimentum.drawing.graphs import thinned
 from movimentum.drawing.model import FigureMark, Point, PolodeMark

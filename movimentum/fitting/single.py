@@ -22,7 +22,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import SLOPE_STEP, SLOPES_AGREE

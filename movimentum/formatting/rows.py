@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 
-from movimentum.formatting.elements import LINE_END, STATEMENTS, Leaf, elements_of
-from movimentum.formatting.spacing import Glue
+from movimentum.formatting.elements import LINE_END, STATEMENTS, Glue, Leaf, elements_of
 from movimentum.records import dataclass, field
 
 TAB = 4

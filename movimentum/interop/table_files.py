@@ -22,7 +22,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions.tables import Ends, Table
 from movimentum.output.files import read_limited
 from movimentum.records import dataclass
-from movimentum.scene.tables import POINTS, TableColumn
+from movimentum.scene.expansion.table_files import POINTS, TableColumn
 from movimentum.syntax.suggest import nearest
 from movimentum.text import listed
 

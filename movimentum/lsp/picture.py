@@ -6,7 +6,7 @@ import itertools
 from fractions import Fraction
 from pathlib import Path
 
-from movimentum.lsp.texts import EditedFiles, Texts
+from movimentum.lsp.shapes import EditedFiles, Texts
 from movimentum.source import SourceText
 from movimentum.workflow.animate import animate
 from movimentum.workflow.choices import Choices, Picture

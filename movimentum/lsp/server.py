@@ -14,13 +14,13 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
-from movimentum.editing import about, completion, marks, renaming
+from movimentum.editing import about, completion, marks
 from movimentum.editing.project import Use
 from movimentum.errors import MovimentumError
-from movimentum.formatting.format import formatted, line_edits
+from movimentum.formatting.columns import formatted, line_edits
 from movimentum.lsp import shapes
+from movimentum.lsp.shapes import OpenText, path_of, uri_of
 from movimentum.lsp.state import State
-from movimentum.lsp.texts import OpenText, path_of, uri_of
 from movimentum.source import SourceText, Span
 from movimentum.version import version
 
@@ -188,7 +188,7 @@ def _edits(server: Server) -> None:
     @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
         path, text, offset = server.place(params)
-        use = None if text is None else renaming.renamable(state.project, path, offset)
+        use = None if text is None else about.renamable(state.project, path, offset)
         if use is None or text is None:
             return None
         return types.PrepareRenamePlaceholder(text.range(Span(use.piece.start, use.piece.end)), use.piece.text)
@@ -197,7 +197,7 @@ def _edits(server: Server) -> None:
     def rename(params: types.RenameParams) -> types.WorkspaceEdit:
         path, _, offset = server.place(params)
         try:
-            edits = renaming.renamed(state.project, path, offset, params.new_name)
+            edits = about.renamed(state.project, path, offset, params.new_name)
         except MovimentumError as error:
             raise JsonRpcException(error.diagnostics[0].message, types.LSPErrorCodes.RequestFailed) from None
         texts = {file: state.texts.at(file) for file in edits}

@@ -15,7 +15,7 @@ from movimentum.editing.about import NO_FACTS, Facts
 from movimentum.editing.facts import KnownFacts
 from movimentum.editing.project import Project
 from movimentum.errors import MovimentumError
-from movimentum.lsp.texts import EditedFiles, OpenText, Texts, uri_of
+from movimentum.lsp.shapes import EditedFiles, OpenText, Texts, uri_of
 from movimentum.records import dataclass
 from movimentum.source import FarSpan, SourceText, Span
 from movimentum.workflow.engine import Engine, Revision, Stage

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from movimentum.diagnostics import Fix
 from movimentum.records import replace
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable, plain, table
 from movimentum.repl.expressions import at_the_prompt
-from movimentum.repl.session import Session, refused
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, table
 from movimentum.text import counted, number, time_text
 
 COMMANDS = CommandTable()

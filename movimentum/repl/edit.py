@@ -10,9 +10,7 @@ from typing import NoReturn
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.records import replace
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable, plain
-from movimentum.repl.session import Session, refused, typed
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, typed
 from movimentum.scene.model import Constraint
 from movimentum.scene.text_edits import stated, statement_of, typed_item, without, written_step
 from movimentum.source import FarSpan, Span, edited

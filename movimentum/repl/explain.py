@@ -14,13 +14,10 @@ from movimentum.diagnostics import Fix
 from movimentum.errors import UsageError
 from movimentum.output.files import whole_file
 from movimentum.records import replace
-from movimentum.repl.answers import AnswerWithData
 from movimentum.repl.causes import why_not
-from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import at_the_prompt, query
-from movimentum.repl.session import Session, refused
-from movimentum.scene.copy_edits import in_script, written_once
-from movimentum.scene.text_edits import turned_round
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, split_output, table
+from movimentum.scene.text_edits import in_script, turned_round, written_once
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.text import counted, number, time_text
 
@@ -207,7 +204,7 @@ def _matrices(session: Session, name: str) -> str:
 @COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
     """a film of each free motion back and forth, in turn"""
-    from movimentum.analysis.interactive.wiggle import wiggles
+    from movimentum.analysis.interactive.branches import wiggles
 
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):

@@ -11,10 +11,8 @@ from pathlib import Path
 from movimentum.output.files import whole_file, write_script
 from movimentum.output.merging import Clash, Merged, merged
 from movimentum.records import replace
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.inspect import moment_picture
-from movimentum.repl.session import Session, refused
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, split_output, table
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.text import counted, number, time_text

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from movimentum.records import dataclass
-from movimentum.repl.command import Command, table
+from movimentum.repl.session import Command, table
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,15 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.valueless import lacks
+from movimentum.analysis.diagnose.undetermined import lacks
 from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.query import reader
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable, plain, split_output, table
 from movimentum.repl.expressions import query
-from movimentum.repl.session import Session, refused
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, split_output, table
 from movimentum.source import SourceText
 from movimentum.text import number, time_text
 from movimentum.workflow.animate import animate
@@ -225,7 +223,7 @@ def _equations(session: Session) -> str:
     """The scalar equations of every block, and what each block puts into the later ones."""
     from sympy import sstr
 
-    from movimentum.analysis.interactive.scalar_equations import block_equations
+    from movimentum.analysis.interactive.determination import block_equations
 
     piece, tau = session.piece
     lines = ["in the order in which they are solved; angles in radians inside; t counts from this step"]

@@ -11,9 +11,8 @@ from movimentum.analysis.interactive.matrix import Matrix, PartMatrix, RowName, 
 from movimentum.arrays import FloatArray
 from movimentum.errors import ScriptError
 from movimentum.interop.linkage_export import linkage_of, rigidity_rows
-from movimentum.repl.command import table
-from movimentum.repl.session import Session
-from movimentum.solver.block.scaling import null_space
+from movimentum.repl.session import Session, table
+from movimentum.solver.block.problem import null_space
 from movimentum.text import counted, listed, number
 from movimentum.tolerances import RANK_TOLERANCE
 

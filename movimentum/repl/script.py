@@ -12,13 +12,10 @@ from pathlib import Path
 
 from movimentum.diagnostics import Severity
 from movimentum.errors import ScriptError
-from movimentum.repl.answers import AnswerWithData
-from movimentum.repl.command import Answer, CommandTable
 from movimentum.repl.edit import changed
-from movimentum.repl.session import Session, refused, typed
-from movimentum.scene.copy_edits import in_script
+from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, refused, typed
 from movimentum.scene.expansion.product import NamedConstant
-from movimentum.scene.text_edits import added
+from movimentum.scene.text_edits import added, in_script
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.syntax.parser import parse
 from movimentum.syntax.tree import ClaimStatement, StepHeader

@@ -1,11 +1,23 @@
-"""The state of a debugging session: a script as it was and as it is now, an instant, and what was typed before."""
+"""The state of a debugging session: a script as it was and as it is now, an instant, and what was typed before.
+
+Answers with the data that they are the words for, and as JSON.
+
+What can be typed: commands, and the statements that are tried out.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import dataclasses
+import json
+import math
+import re
+from collections.abc import Callable, Sequence
+from enum import Enum
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, NoSolutionError, UsageError
@@ -20,6 +32,7 @@ from movimentum.workflow.read import read, reads
 
 if TYPE_CHECKING:
     from movimentum.solver.path.piece import Piece
+
 
 PATIENCE_S = 2.0
 """The limit for trying all fixes of a script: the user waits for them."""
@@ -155,3 +168,119 @@ def opened(path: str, choices: Choices) -> Session:
         return session.at(session.work.timeline.start)
     except MovimentumError:
         return session
+
+
+LEFT_OUT = frozenset({"pose", "edits", "tried_on"})
+"""Fields of data that are for programs inside: whole poses, places in a text."""
+
+
+class AnswerWithData(str):
+    """An answer in words, and its ``data``: records, numbers, lists of them."""
+
+    __slots__ = ("data",)
+    data: Any
+
+    def __new__(cls, text: str, data: Any) -> AnswerWithData:
+        """``text`` with its ``data``."""
+        made = super().__new__(cls, text)
+        made.data = data
+        return made
+
+
+def plain_data(value: Any) -> Any:
+    """Data as JSON has it: records are objects, exact times are numbers, what is no finite number is null."""
+    match value:
+        case AnswerWithData():
+            return plain_data(value.data)
+        case Enum():
+            return value.value
+        case None | bool() | int() | str():
+            return value
+        case Fraction():
+            return float(value)
+        case float():
+            return value if math.isfinite(value) else None
+        case np.ndarray() | np.generic():
+            return plain_data(value.tolist())  # pyright: ignore[reportUnknownArgumentType]
+        case Fix():
+            return value.title
+        case dict():
+            items = cast("dict[Any, Any]", value)
+            return {str(key): plain_data(item) for key, item in items.items()}
+        case list() | tuple():
+            return [plain_data(item) for item in cast("Sequence[Any]", value)]
+        case _ if dataclasses.is_dataclass(value) or hasattr(value, "__dataclass_fields__"):
+            names = [name for name in value.__dataclass_fields__ if name not in LEFT_OUT]
+            return {name: plain_data(getattr(value, name)) for name in names}
+        case _:
+            return str(value)
+
+
+Problem = list[dict[str, Any]]
+"""Diagnostics as `check --format json` has them."""
+
+
+def as_json(command: str, time: float | None, answer: str | None, problem: Problem | None) -> str:
+    """The line about one command: ``answer`` has its text and data, ``diagnostics`` why it could not be done."""
+    line: dict[str, Any] = {"command": command, "done": problem is None, "time": time}
+    if answer is not None:
+        line["text"] = str(answer)
+        if isinstance(answer, AnswerWithData):
+            line["answer"] = plain_data(answer)
+    if problem is not None:
+        line["diagnostics"] = problem
+    return json.dumps(line, ensure_ascii=False)
+
+
+Answer = tuple[Session, str]
+"""The session afterwards, and the answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """``usage`` shows its arguments, ``help`` is a line about it; ``run`` gets the text after the name."""
+
+    usage: str
+    help: str
+    run: Callable[[Session, str], Answer]
+
+
+class CommandTable(dict[str, Command]):
+    """Commands by name, in the order of the list that `help` shows. The docstring of a command is its help."""
+
+    def add(self, usage: str) -> Callable[[Callable[[Session, str], Answer]], Callable[[Session, str], Answer]]:
+        """Decorates the command that ``usage`` begins with."""
+
+        def added(run: Callable[[Session, str], Answer]) -> Callable[[Session, str], Answer]:
+            self[usage.split()[0]] = Command(usage, " ".join((run.__doc__ or "").split()), run)
+            return run
+
+        return added
+
+
+def table(columns: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset()) -> str:
+    """Rows of texts, aligned."""
+    widths = [max(map(len, column)) for column in zip(*columns, strict=True)] if columns else []
+    lines: list[str] = []
+    for row in columns:
+        cells = [
+            cell.rjust(w) if i in right else cell.ljust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return AnswerWithData("\n".join(lines), columns)
+
+
+def split_output(argument: str, suffixes: Sequence[str]) -> tuple[str, str | None]:
+    """The text before ``-o FILE``, and FILE."""
+    found = re.fullmatch(r"(.*?)(?:^|\s)-o\s+(\S+)\s*", argument, re.DOTALL)
+    if found is None:
+        return argument.strip(), None
+    if not found[2].lower().endswith(tuple(suffixes)):
+        raise refused("file", f"`{found[2]}` is not a {' or '.join(suffixes)} file", f"-o plot{suffixes[0]}")
+    return found[1].strip(), found[2]
+
+
+def plain(argument: str, command: str) -> None:
+    """Refuse an argument for a command that takes none."""
+    if argument.strip():
+        raise refused("argument", f"`{command}` takes no argument, found `{argument.strip()}`")

@@ -15,13 +15,11 @@ from movimentum.console import answer_json, is_terminal, wants_color
 from movimentum.diagnostics import Diagnostic, Severity, render_text, to_json
 from movimentum.errors import MovimentumError, ScriptError, UsageError
 from movimentum.records import dataclass, field, replace
-from movimentum.repl import causes, edit, explain, files, inspect, navigate, over_time, script, typed_before
-from movimentum.repl.answers import as_json
-from movimentum.repl.command import Answer
+from movimentum.repl import causes, edit, explain, files, inspect, lines, navigate, script
 from movimentum.repl.helping import help_text
 from movimentum.repl.lines import command_of, logical_lines, unfinished
 from movimentum.repl.pager import in_pager, is_long
-from movimentum.repl.session import Session, refused, typed
+from movimentum.repl.session import Answer, Session, as_json, refused, typed
 from movimentum.signals import signal_handled
 from movimentum.source import SourceText
 from movimentum.terminal import visible_lines
@@ -32,14 +30,13 @@ if TYPE_CHECKING:
 
 COMMANDS = {
     **navigate.COMMANDS,
-    **over_time.COMMANDS,
     **inspect.COMMANDS,
     **explain.COMMANDS,
     **causes.COMMANDS,
     **edit.COMMANDS,
     **script.COMMANDS,
     **files.COMMANDS,
-    **typed_before.COMMANDS,
+    **lines.COMMANDS,
 }
 QUIT = ("quit", "exit")
 INTERRUPTED = Diagnostic("repl/interrupted", Severity.ERROR, "interrupted; everything is as it was before")

@@ -17,14 +17,14 @@ from movimentum.scene.cutting import Carve, CutProfile, carried, carved
 from movimentum.scene.expansion.expand import expand
 from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
+from movimentum.scene.expansion.table_files import ReadTable
 from movimentum.scene.findings import Findings
-from movimentum.scene.joints import attached, fixed, joined
+from movimentum.scene.joints import attached, fixed, joined, mentioned_in, variables_of
 from movimentum.scene.keys import key_text
 from movimentum.scene.kinds import Inference, Kind
-from movimentum.scene.labels import build_texts
+from movimentum.scene.labels import build_texts, build_views
 from movimentum.scene.looks import Stated, dressed, says_nothing, supports
 from movimentum.scene.lower import Context, lower
-from movimentum.scene.mentions import mentioned_in, variables_of
 from movimentum.scene.model import (
     AnchorRef,
     Claim,
@@ -45,16 +45,14 @@ from movimentum.scene.resolve import (
     ThingTable,
     resolve,
 )
-from movimentum.scene.tables import ReadTable
 from movimentum.scene.themes import THEMES, Theme
 from movimentum.scene.things import Assets, ElementPlace, ImageSize, build_things
 from movimentum.scene.touching import follows_contact, gap_side, pin_of
 from movimentum.scene.transitions import judge_transition
-from movimentum.scene.views import build_views
 from movimentum.source import SourceText, folder
 from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
-from movimentum.things.kinds.skeleton import SKELETON
+from movimentum.things.kinds.beside import SKELETON
 
 
 def build(

@@ -18,17 +18,17 @@ from movimentum.outlines.lines import polygon
 from movimentum.outlines.pieces import MOST_PIECES, TooManyPieces, Undefined, assembled, traced
 from movimentum.records import replace
 from movimentum.scene.expansion.constants import varies
+from movimentum.scene.expansion.table_files import POINTS, ReadTable, TableColumn, Tables
 from movimentum.scene.findings import Findings
 from movimentum.scene.kinds import Inference, Kind
 from movimentum.scene.lower import Context, lower
 from movimentum.scene.model import VariableComponent
 from movimentum.scene.resolve import ComponentUse, Meanings, VariableUse
-from movimentum.scene.tables import POINTS, ReadTable, TableColumn, Tables
 from movimentum.source import drawing_file
 from movimentum.syntax.expression_tree import Expression, Member, Name, postorder
 from movimentum.syntax.tree import Definition, Option, Text
 from movimentum.syntax.words import VECTOR_MEMBERS
-from movimentum.things.kinds.curve import SHAPES
+from movimentum.things.kinds.bodies import SHAPES
 from movimentum.tolerances import OUTLINE_CLOSES
 
 FARTHEST = 1e9

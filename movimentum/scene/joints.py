@@ -1,11 +1,27 @@
-"""Which anchors are joints, and which are fixed: what pins and supports are drawn at."""
+"""What statements do to anchors and things: which are joints, which are fixed, and what is mentioned at all."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 from movimentum.expressions import Expr
-from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, Ending, Relation, Step, Thing
+from movimentum.scene.kinds import Inference, Kind
+from movimentum.scene.leaves import ContactPair, Wheel
+from movimentum.scene.model import (
+    AnchorCoordinate,
+    AnchorRef,
+    Constraint,
+    Ending,
+    GearPair,
+    Relation,
+    Step,
+    Thing,
+    Variable,
+)
+from movimentum.scene.resolve import AngleUse, PropertyUse, ResolvedStatement, VariableUse
+from movimentum.syntax.expression_tree import Name
+from movimentum.syntax.tree import Statement
+from movimentum.things.kinds.bodies import CUT
 
 Place = tuple[float, float]
 
@@ -70,3 +86,42 @@ def _anchor(side: Sequence[Expr]) -> AnchorRef | None:
     if (x.thing, x.anchor, x.axis, y.axis) != (y.thing, y.anchor, 0, 1):
         return None
     return AnchorRef(x.thing, x.anchor)
+
+
+def variables_of(items: Sequence[ResolvedStatement], inference: Inference) -> dict[str, Variable]:
+    """The variables of all constraints, in the order of their first uses."""
+    found: dict[str, Variable] = {}
+    for resolved in items:
+        if resolved.right is None:
+            continue
+        for node in sorted((*resolved.left, *resolved.right), key=lambda item: item.span.start):
+            meaning = resolved.meanings.get(id(node))
+            if isinstance(node, Name) and isinstance(meaning, VariableUse) and meaning.name not in found:
+                vector = inference.variable_kind(meaning.name) is Kind.VECTOR
+                found[meaning.name] = Variable(meaning.name, vector, node.span)
+    return found
+
+
+def _pushes(resolved: ResolvedStatement) -> bool:
+    statement = resolved.statement
+    return isinstance(statement, Statement) and statement.option("pushes") is not None
+
+
+def mentioned_in(items: Sequence[ResolvedStatement], things: Sequence[Thing]) -> dict[int, int]:
+    """Thing number -> first step with a constraint that mentions it, on either side; a cut has that of its thing."""
+    found: dict[int, int] = {}
+    for resolved in items:
+        if resolved.right is not None:
+            for meaning in resolved.meanings.values():
+                if isinstance(meaning, AnchorRef | AngleUse | PropertyUse | Wheel):
+                    found.setdefault(meaning.thing, resolved.step)
+                elif isinstance(meaning, ContactPair) and not _pushes(resolved):  # a wall stays a wall
+                    for thing in meaning.things:
+                        found.setdefault(thing, resolved.step)
+                elif isinstance(meaning, GearPair):
+                    found.setdefault(meaning.first, resolved.step)
+                    found.setdefault(meaning.second, resolved.step)
+    for thing in things:
+        if thing.kind is CUT and len(thing.about) == 2:
+            found.setdefault(thing.number, found.get(thing.about[1], 0))
+    return found

@@ -1,4 +1,4 @@
-"""What follows other things: the anchors, the places and the wheels that its definition names."""
+"""What things are drawn at or are about: the anchors, places, wheels and bodies that their definitions name."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from movimentum.scene.cords import checked, signed_radius, wheel_of
 from movimentum.scene.expansion.placement import CopyFrame
 from movimentum.scene.findings import Findings
 from movimentum.scene.leaves import Stop, Wheel
-from movimentum.scene.model import Anchor, AnchorRef, FixedPoint, PointRef
+from movimentum.scene.model import Anchor, AnchorRef, FixedPoint, PointRef, Thing
 from movimentum.scene.resolve import ThingTable, report_unknown_anchor, report_unknown_thing
 from movimentum.source import Span
-from movimentum.syntax.expression_tree import Member, Negate
+from movimentum.syntax.expression_tree import Expression, Member, Negate
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Reference, is_fixed_point
-from movimentum.things.kinds.cord import Course
-from movimentum.things.kinds.line import LINE
-from movimentum.things.registry import kind_of
+from movimentum.text import raised
+from movimentum.things.kind import ThingKind
+from movimentum.things.kinds.beside import GROUP
+from movimentum.things.kinds.between import LINE, Course
+from movimentum.things.kinds.motion import TRACE
+from movimentum.things.registry import KINDS, kind_of
 
 
 def points_of(
@@ -126,3 +129,92 @@ def _check_count(definition: Definition, count: int, findings: Findings) -> None
         definition.name_span,
         helps=(f"write `{definition.name} : .{kind} {points};`",),
     )
+
+
+def wholes(number: int, definition: Definition, table: ThingTable, findings: Findings) -> tuple[int, ...]:
+    """The things that thing number ``number`` is about."""
+    kind = kind_of(definition.shape.word)
+    assert kind.wholes is not None
+    references = [part for part in definition.parts if isinstance(part, Reference)]
+    if kind.gathers:
+        found = [each for item in references for each in _gathered(number, item, table, findings)]
+    else:
+        found = [body for item in references if (body := _body(item.thing, kind, table, findings)) is not None]
+    least, most = kind.wholes
+    if not least <= len(references) <= most:
+        some = f"{least}" if least == most else f"{least} or {most}" if most == least + 1 else f"{least} to {most}"
+        findings.error(
+            "kind/anchors",
+            f"{kind.written} is about {some} {'thing' if most == 1 else 'things'}, `{definition.name}` names "
+            f"{len(references) or 'none'}",
+            definition.name_span,
+            helps=(f"write `{definition.name} : .{kind} {' '.join(('Thing', 'Other')[: max(1, least)])};`",),
+        )
+    if len(set(found)) < len(found):
+        findings.error("kind/anchors", f"`{definition.name}` names a thing twice", definition.name_span)
+    return tuple(found)
+
+
+def _gathered(number: int, item: Reference, table: ThingTable, findings: Findings) -> list[int]:
+    """What a name in a group stands for: a thing, or all things of a copy or of an array."""
+    name, group = expression_text(item.thing), table.things[number]
+    within = (f"{name}.", f"{name}[")
+    found = [thing for thing in table.things if thing.name == name or thing.name.startswith(within)]
+    if not found:
+        report_unknown_thing(name, "", item.span, table, findings)
+    refused = next((thing for thing in found if thing.kind in (GROUP, TRACE)), None)
+    if refused is not None and refused.name == name:
+        what, help_ = "nothing in a group", "name the things that are in it"
+        if refused.kind is TRACE:
+            what, help_ = "on no layer", f"state `{name}.opacity = {group.name}.opacity;`"
+        findings.error("kind/mismatch", f"`{name}` is {refused.called}, which is {what}", item.span, helps=(help_,))
+    return [thing.number for thing in found if thing.kind not in (GROUP, TRACE)]
+
+
+def _body(node: Expression, kind: ThingKind, table: ThingTable, findings: Findings) -> int | None:
+    """The number of the body that is named."""
+    name = expression_text(node)
+    number = table.number.get(name)
+    owner = table.number.get(expression_text(node.operand)) if isinstance(node, Member) else None
+    if number is None and owner is not None and isinstance(node, Member) and table.anchor(owner, node.name) is None:
+        guess = findings.nearest(node.name, [rule.name for rule in kind.options])
+        helps = (replacement(f"did you mean `.{guess}`?", node.name_span, guess),) if guess else ()
+        message = f"`{node.name}` is neither an option of {kind.written} nor an anchor of `{table.things[owner].name}`"
+        findings.error("syntax/unknown-option", message, node.name_span, helps=helps)
+    elif number is None and owner is not None:
+        title = f"{kind.written} is about the whole thing: write `{table.things[owner].name}`"
+        helps = (replacement(title, node.span, table.things[owner].name),)
+        findings.error("kind/mismatch", f"`{name}` is an anchor, not a thing", node.span, helps=helps)
+    elif number is None:
+        report_unknown_thing(name, "", node.span, table, findings)
+    elif not table.things[number].is_body:
+        thing = table.things[number]
+        findings.error("kind/mismatch", f"`{name}` is {thing.called}, which does not move by itself", node.span)
+        return None
+    elif not table.things[number].anchors:
+        message = f"`{name}` has no anchor that shows its motion"
+        findings.error("kind/anchors", message, node.span, helps=("give it an anchor",))
+        return None
+    return number
+
+
+def followed(label: Thing, node: Expression, table: ThingTable, findings: Findings) -> tuple[int, ...]:
+    """The thing along which the letters of a label stand."""
+    name = expression_text(node)
+    number = table.number.get(name)
+    if number is None:
+        report_unknown_thing(name, "", node.span, table, findings)
+        return ()
+    kind = table.things[number].kind
+    message = ""
+    if label.anchors or label.through:
+        message = f"`{label.name}` stands at an anchor, and along `{name}` too"
+    elif not kind.followed:
+        message = f"`{name}` is {table.things[number].called}, which is no curve"
+    elif "{" in raised(label.text or "").replace("{{", ""):
+        message = "letters along a curve do not change, and this text has numbers"
+    if message:
+        takers = ", ".join(other.written for other in KINDS.values() if other.followed)
+        findings.error("kind/mismatch", message, node.span, notes=(f"letters may stand along {takers}",))
+        return ()
+    return (number,)

@@ -15,25 +15,21 @@ from movimentum.scene.anchors import build_anchors, moved
 from movimentum.scene.arcs import check_shape, read_arcs
 from movimentum.scene.cutting import CutProfile, cut_things
 from movimentum.scene.expansion.placement import CopyFrame
+from movimentum.scene.expansion.table_files import ReadTable, Tables
 from movimentum.scene.findings import Findings
 from movimentum.scene.looks import Stated, look_of
 from movimentum.scene.model import Anchor, Elements, Thing
 from movimentum.scene.options import read_options, value_of
 from movimentum.scene.points import course_of, points_of
 from movimentum.scene.resolve import ThingTable, report_unknown_thing
-from movimentum.scene.tables import ReadTable, Tables
 from movimentum.source import drawing_file
 from movimentum.syntax.expression_tree import Element, Expression, Name
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text, is_fixed_point
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.kinds.body import Composite
-from movimentum.things.kinds.cord import CORD
-from movimentum.things.kinds.curve import CURVE, Curved
-from movimentum.things.kinds.cut import CUT
-from movimentum.things.kinds.polygon import POLYGON
-from movimentum.things.kinds.sprite import SpriteImage
-from movimentum.things.kinds.vector import VECTOR
+from movimentum.things.kinds.between import CORD
+from movimentum.things.kinds.bodies import CURVE, CUT, POLYGON, Composite, Curved, SpriteImage
+from movimentum.things.kinds.motion import VECTOR
 from movimentum.things.registry import KINDS, kind_of
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]
@@ -89,7 +85,7 @@ def build_things(
         at = sum(isinstance(part, Reference) or is_fixed_point(part) for part in definition.parts)
         check_shape(things[number], definition, len(things[number].anchors) or at, findings)
         if kind.wholes is not None and kind is not CUT:
-            from movimentum.scene.wholes import wholes
+            from movimentum.scene.points import wholes
 
             things[number] = replace(things[number], about=wholes(number, definition, table, findings))
             if kind.gathers and things[number].look.layer is None:  # a group lies where its nearest thing does
@@ -103,7 +99,7 @@ def build_things(
             points = points_of(number, definition, placements.get(definition.name), table, findings)
             things[number] = replace(things[number], through=points)
         if "follows" in read[number][1]:
-            from movimentum.scene.wholes import followed
+            from movimentum.scene.points import followed
 
             node = read[number][1]["follows"]
             things[number] = replace(things[number], about=followed(things[number], node, table, findings))

@@ -13,16 +13,14 @@ from movimentum.planning.lowering.unknowns import BodyUnknowns, PosePart, Rate
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Scene, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, solved_pose
-from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.instants import Instants, distinct
 from movimentum.solver.basis.pose_state import Carry, Snapshot
-from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.kept import first_value, has_value
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.poses import SEEN, Poses
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
-from movimentum.solver.valued import first_value, has_value
 from movimentum.tolerances import CARRIED_VELOCITY_SPAN, FRAME_SOLVED
 
 

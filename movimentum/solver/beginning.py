@@ -26,8 +26,8 @@ from movimentum.solver.path.follow import instant
 from movimentum.solver.reuse import Known
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.start.candidates import Selection
+from movimentum.solver.start.judgements import TurnedDown
 from movimentum.solver.start.mobile_groups import mobile_groups
-from movimentum.solver.start.rejections import TurnedDown
 from movimentum.solver.start.resumption import Branch
 from movimentum.solver.start.search import select
 from movimentum.timeline.model import Segment

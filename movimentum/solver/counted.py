@@ -20,7 +20,7 @@ from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 

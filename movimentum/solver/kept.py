@@ -1,4 +1,4 @@
-"""Values that statements keep from earlier times, ``e.at(T)``: numbers as soon as the motion has come to that time."""
+"""Which values there are at a time: of variables while a statement mentions them, and those kept from earlier times."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from fractions import Fraction
 from operator import is_
 from typing import TypeVar
 
+import numpy as np
+
+from movimentum.arrays import first_of
 from movimentum.expressions import Expr, KeptNumber, substitute
 from movimentum.records import replace
 from movimentum.scene.leaves import Kept, kept_in
-from movimentum.scene.model import Claim, Constraint, Scene
+from movimentum.scene.model import Claim, Constraint, Scene, VariableComponent
 from movimentum.solver.basis.pose_state import Snapshot
+from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import HeldClaim, Segment, Timeline
 
 _Stated = TypeVar("_Stated", Constraint, Claim)
@@ -64,3 +68,25 @@ def _numbered(item: _Stated, values: Mapping[Kept, float]) -> _Stated:
 
     left, right = (tuple(substitute(part, number) for part in side) for side in (item.left, item.right))
     return replace(item, left=left, right=right)
+
+
+def has_value(segment_motion: SegmentMotion, name: str, is_vector: bool) -> bool:
+    """Whether a variable has a value in a segment (both components, of a vector)."""
+    known = segment_motion.plan.system.number_of
+    return all(VariableComponent(name, axis) in known for axis in ((0, 1) if is_vector else (None,)))
+
+
+def first_value(segment_motions: Sequence[SegmentMotion], name: str, is_vector: bool) -> tuple[float, ...]:
+    """The first value of a variable, by component; zeros where it never has one."""
+    axes = (0, 1) if is_vector else (None,)
+    for segment_motion in segment_motions:
+        piece = segment_motion.pieces[0]
+        if isinstance(piece, Unsolved) or not has_value(segment_motion, name, is_vector):
+            continue
+        with np.errstate(all="ignore"):
+            state, _ = piece.evaluate(piece.instants(np.array([piece.begin])))
+        numbers = [segment_motion.plan.system.number_of[VariableComponent(name, axis)] for axis in axes]
+        values = tuple(first_of(state[n]) for n in numbers)
+        if np.isfinite(values).all():
+            return values
+    return (0.0,) * len(axes)

@@ -10,9 +10,8 @@ import numpy as np
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
-from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.instants import Instants, distinct
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.timeline.model import Segment

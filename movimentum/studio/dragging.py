@@ -18,9 +18,8 @@ from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, Thing, VariableComponent
 from movimentum.solver.segment_motion import Unsolved
-from movimentum.studio.descriptions import why
+from movimentum.studio.descriptions import moved_marks, why
 from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseReset, TimeLooked
-from movimentum.studio.pictures import moved_marks
 from movimentum.studio.placing import movable
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector

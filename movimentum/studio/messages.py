@@ -1,7 +1,7 @@
 """What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
 
 Those about the script that is being written are in `movimentum.studio.script_messages`, those about the files beside
-it in `movimentum.studio.file_messages`.
+it in `movimentum.studio.script_messages`.
 `movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
 characters (code points) from 0, coordinates are the world's (pixels, y up).
 """
@@ -10,21 +10,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from movimentum.studio.file_messages import FilesAsked as FilesAsked
-from movimentum.studio.file_messages import FilesListed as FilesListed
-from movimentum.studio.file_messages import PictureDropped as PictureDropped
-from movimentum.studio.file_messages import PictureStored as PictureStored
-from movimentum.studio.file_messages import StartAsked as StartAsked
 from movimentum.studio.script_messages import AboutAsked as AboutAsked
 from movimentum.studio.script_messages import AboutTold as AboutTold
+from movimentum.studio.script_messages import FilesAsked as FilesAsked
+from movimentum.studio.script_messages import FilesListed as FilesListed
 from movimentum.studio.script_messages import FormatAsked as FormatAsked
 from movimentum.studio.script_messages import MeaningAsked as MeaningAsked
 from movimentum.studio.script_messages import MeaningTold as MeaningTold
 from movimentum.studio.script_messages import NamingAsked as NamingAsked
 from movimentum.studio.script_messages import NamingTold as NamingTold
+from movimentum.studio.script_messages import PictureDropped as PictureDropped
+from movimentum.studio.script_messages import PictureStored as PictureStored
 from movimentum.studio.script_messages import ProposalsAsked as ProposalsAsked
 from movimentum.studio.script_messages import ProposalsTold as ProposalsTold
 from movimentum.studio.script_messages import RenameAsked as RenameAsked
+from movimentum.studio.script_messages import StartAsked as StartAsked
 from movimentum.studio.sides import FromPage, Point2, ToPage
 
 

@@ -10,13 +10,11 @@ from typing import Any
 
 from movimentum.source import SourceText
 from movimentum.studio import messages as m
-from movimentum.studio.assistant import Assistant
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.files import ScriptFile, openable, renamed, stamp
 from movimentum.studio.protocol import BadMessage
-from movimentum.studio.questions import answer, plot, rates, still
-from movimentum.studio.renders import FORMATS, Recorder, Rendering, Work, film_work, recording_work
-from movimentum.studio.thumbnails import Thumbnails
+from movimentum.studio.questions import Assistant, answer, plot, rates, still
+from movimentum.studio.renders import FORMATS, Recorder, Rendering, Thumbnails, Work, film_work, recording_work
 from movimentum.studio.tools import use
 from movimentum.studio.worker import Worker
 from movimentum.workflow.choices import Choices

@@ -1,6 +1,4 @@
-"""What a page and the server say to each other about the script that is being written: completion, what a name is,
-other names, layout. Every answer is for the text ``rev``; the page drops one for an older text.
-"""
+"""What a page and the server say to each other about the script that is being written, and files beside it."""
 
 from __future__ import annotations
 
@@ -90,3 +88,31 @@ class NamingTold(ToPage, kind="named"):
     name: str
     spans: list[tuple[int, int]]
     words: str = ""
+
+
+class PictureDropped(FromPage, kind="picture"):
+    """Put a picture beside the script: its file is ``called`` so, and has ``data`` (base64)."""
+
+    called: str
+    data: str
+
+
+class StartAsked(FromPage, kind="start"):
+    """The page shows the list of scripts again, and wants their thumbnails."""
+
+
+class FilesAsked(FromPage, kind="files"):
+    """Which files of the folder can be opened?"""
+
+
+class PictureStored(ToPage, kind="stored"):
+    """The picture that was dropped is beside the script; its file is ``called`` so. ``words``: why it is not."""
+
+    called: str
+    words: str = ""
+
+
+class FilesListed(ToPage, kind="listed"):
+    """The files of the script's folder that can be opened."""
+
+    names: tuple[str, ...]

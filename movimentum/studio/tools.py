@@ -14,7 +14,7 @@ from typing import Any
 
 from movimentum import tolerances
 from movimentum.errors import MovimentumError
-from movimentum.formatting.format import line_edits
+from movimentum.formatting.columns import line_edits
 from movimentum.records import replace
 from movimentum.scene.expansion.placement import HERE
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Thing
@@ -25,9 +25,9 @@ from movimentum.studio.descriptions import about
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.figures import FIGURES, scaled
 from movimentum.studio.messages import TextEdited, ToolUsed
-from movimentum.studio.sketch import NothingToDo, Sketch, number_text, own, point_text
+from movimentum.studio.placing import NothingToDo, Sketch, number_text, own, point_text
 from movimentum.studio.worker import TextWork, Worker, exact_time
-from movimentum.things.kinds.disc import DISC
+from movimentum.things.kinds.bodies import DISC
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.inspector import Inspector

@@ -1,19 +1,21 @@
-"""The studio as a widget of a notebook."""
+"""The studio as a widget of a notebook: its page talks with Python through the notebook's own channel, without a port."""
 
 from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock, Thread
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import anywidget
 import traitlets
 
+from movimentum.errors import usage_error
+from movimentum.source import SourceText
 from movimentum.studio import messages as m
-from movimentum.studio.live import LiveScript, page_text
 from movimentum.studio.page import Page
 from movimentum.studio.protocol import BadMessage, received, sent
 from movimentum.workflow.choices import Choices
@@ -133,3 +135,53 @@ class StudioWidget(anywidget.AnyWidget):
         with suppress(Exception):  # the text may be no script by now
             data = {**data, "text/html": self.script._repr_html_()}
         return (data, *rest)
+
+
+class LiveScript(Protocol):
+    """What the studio asks of a script."""
+
+    @property
+    def source(self) -> SourceText:
+        """Its text, and where it is."""
+        ...
+
+    def studio(self) -> Any:
+        """The widget."""
+        ...
+
+    def with_text(self, text: str, /) -> Any:
+        """The script that the text is."""
+        ...
+
+
+def studio(script: LiveScript) -> Any:
+    """`Script.studio` of a script."""
+    return script.studio()
+
+
+def refuse_missing() -> None:
+    """`UsageError` (``usage/extra``) without anywidget."""
+    if find_spec("anywidget") is None:
+        message = "the studio in a notebook needs anywidget, which is not installed"
+        raise usage_error("usage/extra", message, "pip install 'movimentum[notebook]'")
+
+
+def page_text() -> str:
+    """The studio's page in one piece, with `bridge.js` in the place of its socket."""
+
+    def text(package: str, name: str) -> str:
+        return files(package).joinpath(name).read_text(encoding="utf-8")
+
+    page = text("movimentum.studio", "web/index.html").replace("{nonce}", "")
+    painter = text("movimentum.studio", "web/bridge.js") + text("movimentum.vector", "painter.js")
+    for before, after in (
+        ('<link rel="stylesheet" href="studio.css">', f"<style>{text('movimentum.studio', 'web/studio.css')}</style>"),
+        ('<script src="painter.js"></script>', f"<script>{painter}</script>"),
+        (
+            '<script type="module" src="studio.js"></script>',
+            f'<script type="module">{text("movimentum.studio", "web/studio.js")}</script>',
+        ),
+    ):
+        assert before in page, before
+        page = page.replace(before, after)
+    return page

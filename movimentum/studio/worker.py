@@ -254,8 +254,7 @@ class Worker:
         self._say(job, "read", revision.scene.diagnostics)
 
     def _begin(self, job: TextWork) -> None:
-        from movimentum.studio.descriptions import scene_data
-        from movimentum.studio.pictures import some_pictures
+        from movimentum.studio.descriptions import scene_data, some_pictures
 
         timeline = job.revision.timeline
         if self._took <= QUICK_S:
@@ -270,8 +269,7 @@ class Worker:
         self.send(FilmShown(job.rev, True, float(poses.times[0]), scene_data(timeline), film))
 
     def _path(self, job: TextWork) -> None:
-        from movimentum.studio.descriptions import scene_data
-        from movimentum.studio.pictures import frames_soon, whole_film
+        from movimentum.studio.descriptions import frames_soon, scene_data, whole_film
 
         begun = time.perf_counter()
         try:
@@ -292,8 +290,7 @@ class Worker:
             gc.collect()
 
     def _rest(self, job: TextWork) -> None:
-        from movimentum.studio.descriptions import scene_data
-        from movimentum.studio.pictures import frames_shown, whole_film
+        from movimentum.studio.descriptions import frames_shown, scene_data, whole_film
 
         timeline = job.motion.timeline
         if job.frames >= frames_shown(timeline):

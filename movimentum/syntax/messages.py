@@ -9,8 +9,7 @@ from movimentum.records import replace
 from movimentum.source import Edit, Span
 from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, claim_meant, copied, meant, other_word
-from movimentum.syntax.first_words import first_word, other_shape, unnamed
-from movimentum.syntax.older import SIGNS, called, sign_fixes, unit_of_time, written
+from movimentum.syntax.older import SIGNS, called, first_word, other_shape, sign_fixes, unit_of_time, unnamed, written
 from movimentum.syntax.suggest import dotted, nearest
 from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import SHAPES

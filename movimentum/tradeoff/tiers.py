@@ -20,12 +20,11 @@ from movimentum.solver.accuracy.draft import DraftMotion, drafted
 from movimentum.solver.accuracy.refinement import RefinedMotion, refined
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
+from movimentum.solver.basis.effort import tightened
 from movimentum.solver.basis.instants import at_times
-from movimentum.solver.basis.tightening import tightened
 from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
 from movimentum.solver.motion import AnyMotion, PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.solver.solver import solve

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.remedies import other_pins
+from movimentum.analysis.diagnose.trials import other_pins
 from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
 from movimentum.records import dataclass, replace
-from movimentum.scene.copy_edits import in_script, written_once
 from movimentum.scene.leaves import Kept
 from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
-from movimentum.scene.text_edits import removed, turned_round
+from movimentum.scene.text_edits import in_script, removed, turned_round, written_once
 from movimentum.solver.basis.effort import GivenUp
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.glimpse import glimpse, renumbered, shown_at
@@ -212,7 +211,7 @@ class Influence:
 
 def blame(inspector: Inspector, text: str) -> list[Influence]:
     """Which statements and lengths the value of an expression depends on at the moment, the strongest first."""
-    from movimentum.analysis.interactive.sensitivity import sensitivities
+    from movimentum.analysis.interactive.matrix import sensitivities
 
     thing = inspector.thing(text)
     expressions = inspector.expressions(f"{text}.angle" if thing is not None else text)
@@ -308,7 +307,7 @@ def trace(inspector: Inspector) -> list[TraceStep]:
 
 def _trace_step(inspector: Inspector, block: Block, begun: PathBeginning | None) -> TraceStep:
     """A block."""
-    from movimentum.analysis.diagnose.equal_solutions import solutions_of
+    from movimentum.analysis.diagnose.ambiguity import solutions_of
     from movimentum.planning.blocks.kinds import Free, Integral, method_of, simultaneous
 
     plan, scene = inspector.segment_motion.plan, inspector.work.scene

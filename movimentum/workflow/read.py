@@ -16,8 +16,8 @@ from movimentum.workflow.choices import MAX_SCRIPT_BYTES
 if TYPE_CHECKING:
     from movimentum.diagnostics import Diagnostic
     from movimentum.expressions.tables import Table
+    from movimentum.scene.expansion.table_files import TableColumn
     from movimentum.scene.model import Scene
-    from movimentum.scene.tables import TableColumn
 
 
 def read(path: str) -> SourceText:

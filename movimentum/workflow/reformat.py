@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from movimentum.errors import errors_in, usage_error
-from movimentum.formatting.format import formatted
+from movimentum.formatting.columns import formatted
 from movimentum.output.files import unwritable, whole_file
 from movimentum.records import dataclass
 from movimentum.source import SourceText

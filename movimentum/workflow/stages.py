@@ -135,7 +135,7 @@ def moved(timeline: Timeline, known: Known | None = None, *, resumes: bool = Tru
     try:
         return solve(timeline, known=known, resumes=resumes)
     except RateError as error:
-        from movimentum.analysis.diagnose.derivatives import untold_rate
+        from movimentum.analysis.diagnose.undetermined import untold_rate
 
         found = real(untold_rate(timeline.scene, error), timeline.scene.source)
         raise ScriptError([*timeline.scene.diagnostics, found]) from error

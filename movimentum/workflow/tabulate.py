@@ -31,7 +31,7 @@ def tabulate(
 
     Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
     """
-    from movimentum.analysis.diagnose.valueless import CODE, never_valued
+    from movimentum.analysis.diagnose.undetermined import CODE, never_valued
     from movimentum.interop import tables
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.output.text import standard_output

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.poles import inflection_circle, place_of, pole_of
+from movimentum.analysis.live import inflection_circle, place_of, pole_of
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import FigureMark, PolodeMark, SymbolMark
 from movimentum.drawing.options import PictureOptions

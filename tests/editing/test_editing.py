@@ -7,11 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from movimentum.editing.about import NO_FACTS, about
+from movimentum.editing.about import NO_FACTS, about, renamed
 from movimentum.editing.completion import proposals
 from movimentum.editing.marks import entries, folds, marks
 from movimentum.editing.project import Project
-from movimentum.editing.renaming import renamed
 from movimentum.editing.words import FUNCTION_HELP, KIND_HELP, OPTION_HELP
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.source import SourceText, edited

@@ -11,7 +11,7 @@ import pytest
 
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.source import SourceText
-from movimentum.studio.pictures import whole_film
+from movimentum.studio.descriptions import whole_film
 from movimentum.workflow.engine import Engine, Revision
 from tests.engine.edits import edited
 from tests.engine.families import dyads

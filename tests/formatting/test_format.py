@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from movimentum.errors import ScriptError
+from movimentum.formatting.columns import formatted
 from movimentum.formatting.elements import elements_of
-from movimentum.formatting.format import formatted
 from movimentum.source import SourceText
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.concrete import concrete, tokens

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
-from movimentum.analysis.poles import place_of, pole_of
+from movimentum.analysis.live import place_of, pole_of, with_numbers
 from movimentum.drawing.compose import compose
 from movimentum.drawing.graph_curves import curves_of
 from movimentum.drawing.model import GraphMark, SymbolMark

@@ -20,10 +20,10 @@ from movimentum.expressions.tables import Table
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.scene.lower import OPERATION_OF
-from movimentum.solver.arithmetic.alike import Alike
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.arithmetic.taylor import Taylor, coefficient
+from movimentum.solver.judge import Alike
 from movimentum.syntax.words import FUNCTIONS, REDUCTIONS, SYNONYMS
 
 # those of outlines are tried in tests/mechanisms/test_contact.py

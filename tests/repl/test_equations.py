@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy
 
-from movimentum.analysis.interactive.scalar_equations import block_equations, symbol_name
+from movimentum.analysis.interactive.determination import block_equations, symbol_name
 from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened
 from movimentum.repl.shell import answer

@@ -211,7 +211,7 @@ def test_free_motion_is_told_and_stopped(talk):
 
 
 def test_wiggling_keeps_everything_else_true(talk, tmp_path):
-    from movimentum.analysis.interactive.wiggle import wiggles
+    from movimentum.analysis.interactive.branches import wiggles
 
     say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
     said = say(f"wiggle {tmp_path / 'a.gif'}")

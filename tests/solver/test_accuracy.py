@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from movimentum.expressions import Expr, add, call, clock, const, div, mul, power, ratio
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.draft import DraftMotion, drafted
+from movimentum.solver.accuracy.polish import RefinedPoses
 from movimentum.solver.accuracy.refinement import refined
-from movimentum.solver.accuracy.wide_poses import RefinedPoses
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic

@@ -9,8 +9,7 @@ import pytest
 
 from movimentum.planning.blocks.kinds import simultaneous
 from movimentum.solver.block.newton import newton, step_of
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import BlockProblem, track_scale
 from tests.broad import broad
 from tests.solver.scenes import motion_of
 

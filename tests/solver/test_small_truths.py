@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.solver.accuracy.wide_poses import RefinedPoses
+from movimentum.solver.accuracy.polish import RefinedPoses
 from movimentum.solver.basis.instants import at_frames, at_times
 
 BAR = ".config(10); Bar : .bar A = [0, 0] B = A + [20, 0]; @0 {} Bar.angle = 0; @2"

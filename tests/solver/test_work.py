@@ -21,8 +21,8 @@ from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.structure.graph import maximum_matching
 from movimentum.solver import beginning
 from movimentum.solver.block import change_points
-from movimentum.solver.block.scaling import null_space
-from movimentum.solver.continuation import coincidences, strides, trace
+from movimentum.solver.block.problem import null_space
+from movimentum.solver.continuation import coincidences, steps, trace
 from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -101,7 +101,7 @@ def test_following_a_chain_looks_for_nothing_upstream(monkeypatch: pytest.Monkey
 
 
 def test_what_is_before_a_block_is_evaluated_once_an_instant(monkeypatch: pytest.MonkeyPatch) -> None:
-    attempts = counted(monkeypatch, strides, "attempt")
+    attempts = counted(monkeypatch, steps, "attempt")
     single = counted(monkeypatch, trace, "attempt")
     evaluated = counted(monkeypatch, Piece, "before")
     timeline = arranged(understand(SourceText(str(WALSCHAERTS), WALSCHAERTS.read_text(encoding="utf-8"))), Choices())

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from movimentum.source import SourceText
+from movimentum.studio.descriptions import whole_film
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.messages import Grabbed, HandMoved, PartGrabbed, PlacesMoved
-from movimentum.studio.pictures import whole_film
 from movimentum.studio.worker import TextWork, Worker
 from movimentum.workflow.engine import Engine
 

@@ -12,11 +12,11 @@ import pytest
 from movimentum.editing.about import Facts
 from movimentum.editing.completion import proposals
 from movimentum.editing.project import Project
-from movimentum.formatting.format import formatted
+from movimentum.formatting.columns import formatted
 from movimentum.messages import explanations
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio import messages as m
-from movimentum.studio.assistant import Assistant
+from movimentum.studio.questions import Assistant
 from movimentum.studio.worker import Worker
 from tests.studio.scripts import FOUR_BAR
 

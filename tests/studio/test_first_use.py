@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from movimentum.studio.messages import ThumbnailMade
-from movimentum.studio.thumbnails import Thumbnails
+from movimentum.studio.renders import Thumbnails
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
 

@@ -14,7 +14,7 @@ import pytest
 from movimentum.diagnostics import Severity
 from movimentum.source import Edit, SourceText, Span, edited
 from movimentum.studio.messages import ToolUsed
-from movimentum.studio.sketch import NothingToDo
+from movimentum.studio.placing import NothingToDo
 from movimentum.studio.tools import _carried_out, edits_between
 from movimentum.studio.worker import TextWork
 from movimentum.workflow.choices import Choices

@@ -13,8 +13,8 @@ from PIL import Image
 
 from movimentum.errors import UsageError
 from movimentum.source import SourceText
+from movimentum.studio.descriptions import whole_film
 from movimentum.studio.messages import HandMoved, PartGrabbed, RecordingBegun, ShotTaken
-from movimentum.studio.pictures import whole_film
 from movimentum.studio.renders import Recorder, shown_when, write_recording
 from movimentum.studio.worker import TextWork
 from movimentum.workflow.choices import Picture

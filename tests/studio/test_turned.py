@@ -13,7 +13,7 @@ from movimentum.query import reader
 from movimentum.source import SourceText
 from movimentum.studio.dragging import grabbed_point
 from movimentum.studio.messages import PartGrabbed
-from movimentum.studio.sketch import Sketch
+from movimentum.studio.placing import Sketch
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 

@@ -129,7 +129,7 @@ def test_it_saves_to_the_scripts_file_and_shows_a_player_where_there_are_no_widg
 
 
 def test_without_anywidget_it_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch):
-    import movimentum.studio.live as live
+    import movimentum.studio.widget as live
 
     monkeypatch.setattr(live, "find_spec", lambda name: None)
     with pytest.raises(mv.UsageError, match=r"pip install 'movimentum\[notebook\]'"):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from movimentum.formatting.format import formatted
+from movimentum.formatting.columns import formatted
 from movimentum.messages import explanations
 from movimentum.source import SourceText
 from tests.studio.conftest import Tab

@@ -17,8 +17,7 @@ from movimentum.scene.leaves import Bearing, Cord, cords_of
 from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.scene.names import symbol_name
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.text import number, time_text
 from movimentum.timeline.cords import CordParts, Wrap

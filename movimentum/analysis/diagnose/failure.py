@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.advice import Advised, Choose
-from movimentum.analysis.diagnose.concentric import unmet_check
+from movimentum.analysis.diagnose.conflict import unmet_check
 from movimentum.analysis.diagnose.cord_lengths import too_long_or_short
 from movimentum.analysis.diagnose.cords import as_drawn
-from movimentum.analysis.diagnose.differential import given_up
+from movimentum.analysis.diagnose.ends import given_up, table_left
 from movimentum.analysis.diagnose.outline_ends import end_of_curve
-from movimentum.analysis.diagnose.places import span_of_blocks
+from movimentum.analysis.diagnose.places import constraint_of, span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
-from movimentum.analysis.diagnose.reach import bind, constraint_of, driven_past, off_text
-from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
-from movimentum.analysis.diagnose.runaway import runaway
-from movimentum.analysis.diagnose.tables import table_left
+from movimentum.analysis.diagnose.reach import bind, driven_past, off_text, runaway
+from movimentum.analysis.diagnose.trials import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import reader_of
@@ -30,7 +28,7 @@ from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.rejections import Rejection
+from movimentum.solver.start.judgements import Rejection
 from movimentum.source import Edit, Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from movimentum.analysis.diagnose.places import span_of_blocks
-from movimentum.analysis.diagnose.reach import KEEP_OR_SKIP, constraint_of, until_when
+from movimentum.analysis.diagnose.places import constraint_of, span_of_blocks
+from movimentum.analysis.diagnose.reach import KEEP_OR_SKIP, until_when
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions import symbols
 from movimentum.planning.blocks.kinds import Block

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from movimentum.scene.model import Constraint
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 
@@ -24,3 +25,8 @@ def span_of_blocks(segment_motion: SegmentMotion, blocks: Iterable[int]) -> Span
     spans = {c.number: c.span for c in segment_motion.segment.active}
     chosen = [n for n in numbers if n is not None and n in spans]
     return spans[max(chosen)] if chosen else None
+
+
+def constraint_of(segment_motion: SegmentMotion, number_: int | None) -> Constraint | None:
+    """The active constraint of that number."""
+    return next((c for c in segment_motion.segment.active if c.number == number_), None)

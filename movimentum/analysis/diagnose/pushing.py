@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.reach import constraint_of
+from movimentum.analysis.diagnose.places import constraint_of
 from movimentum.analysis.happenings import ContactEvent, contact_events
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions.walk import symbols
@@ -17,7 +17,7 @@ from movimentum.solver.pushing.freeing import FreePlace
 from movimentum.solver.pushing.phases import MOST_EVENTS
 from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
-from movimentum.solver.start.rejections import Rejection
+from movimentum.solver.start.judgements import Rejection
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import SAME_INSTANT
 

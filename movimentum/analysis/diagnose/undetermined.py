@@ -1,20 +1,27 @@
-"""Free motion and variables that nothing determines, reported with a statement that would determine them."""
+"""What nothing determines or gives a value: free motion, variables, accelerations, derivatives."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from movimentum.analysis.diagnose.places import span_of_blocks
 from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.expressions import symbol
 from movimentum.planning.blocks.kinds import Pushing
-from movimentum.scene.model import Relation, Scene, VariableComponent
+from movimentum.planning.structure.rates import RateError, RateTrouble
+from movimentum.records import dataclass
+from movimentum.scene.model import AnchorCoordinate, FixedPoint, Relation, Scene, VariableComponent
+from movimentum.solver.kept import has_value
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
-from movimentum.text import time_text
+from movimentum.text import listed, time_text
+from movimentum.things.kinds.motion import VectorScale
 
 if TYPE_CHECKING:
     from movimentum.analysis.freedom.motions import FreeMotion
@@ -115,3 +122,159 @@ def _where(segment_motion: SegmentMotion, rank: BlockRank, motion: FreeMotion) -
         return scene.things[motion.things[0]].name_span
     used = scene.variables.get(motion.variables[0].split(".")[0]) if motion.variables else None
     return span_of_blocks(segment_motion, (rank.block,)) or (used.span if used is not None else None)
+
+
+def untold_rate(scene: Scene, error: RateError) -> Diagnostic:
+    """A derivative that nothing tells."""
+    constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
+    who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
+    code, message, help_ = _UNTOLD[error.trouble]
+    return Diagnostic(
+        code=f"constraint/{code}",
+        severity=Severity.ERROR,
+        message=message.format(who=who),
+        span=constraint.span if constraint else None,
+        helps=(help_,),
+    )
+
+
+_UNTOLD = {
+    RateTrouble.CYCLE: (
+        "cyclic-derivative",
+        "this derivative depends on itself",
+        "state the equation with `.i(…)` instead: `x = 5 - .i(x)`",
+    ),
+    RateTrouble.FED_BACK: (
+        "cyclic-derivative",
+        "{who} depends on its own velocity",
+        "take the derivative of something that this statement does not move",
+    ),
+    RateTrouble.HIGHER: (
+        "no-acceleration",
+        "{who} has a velocity, but no acceleration",
+        "`.d(.d(…))` needs a motion that equations determine, or one that only trails, not one that follows a wish",
+    ),
+    RateTrouble.FLOWING: (
+        "no-velocity",
+        "the velocity of {who} is unknown, because it depends on an integral",
+        "determine what is still free, or leave the integral out",
+    ),
+    RateTrouble.PUSHED: ("no-acceleration", "{who} is pushed: it has a velocity only", "take its `.d(…)` once"),
+    RateTrouble.DEMANDED: (
+        "demanded-velocity",
+        "this says how fast {who} should be, but `.d(…)` only tells how fast it is",
+        "a wish moves it (`… ~ […] .speed(20);`), and so does an equation with `.i(…)`",
+    ),
+}
+"""By what is wrong with a derivative: a code, a message and a help."""
+
+
+CODE = "name/no-value"
+LOOKED_AT = 200
+"""Frames in which a graph is looked for a value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lack:
+    """From ``begin`` to ``end`` (None: from the beginning, to the end of the film) a variable has no value."""
+
+    begin: float | None
+    end: float | None
+
+    @property
+    def words(self) -> str:
+        """``before t = 2``, ``from t = 3 on``, ``from t = 1 to t = 2``."""
+        if self.begin is None:
+            return "at any time" if self.end is None else f"before t = {time_text(self.end)}"
+        since = f"from t = {time_text(self.begin)}"
+        return f"{since} on" if self.end is None else f"{since} to t = {time_text(self.end)}"
+
+
+def lacks(motion: PathMotion, name: str) -> tuple[Lack, ...]:
+    """When a variable of the scene has no value, in order of time."""
+    is_vector = motion.timeline.scene.variables[name].is_vector
+    found: list[Lack] = []
+    begin: float | None = None
+    lacking = False
+    for number, segment_motion in enumerate(motion.segments):
+        if has_value(segment_motion, name, is_vector):
+            if lacking:
+                found.append(Lack(begin, float(segment_motion.segment.start)))
+            lacking = False
+        elif not lacking:
+            lacking, begin = True, float(segment_motion.segment.start) if number else None
+    return (*found, Lack(begin, None)) if lacking else tuple(found)
+
+
+def never_valued(motion: PathMotion) -> frozenset[str]:
+    """The variables that have no value at any time."""
+    return frozenset(name for name in motion.timeline.scene.variables if lacks(motion, name) == (Lack(None, None),))
+
+
+def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A note for each variable that has no value for some of the time."""
+    for name, variable in motion.timeline.scene.variables.items():
+        found = lacks(motion, name)
+        if not found:
+            continue
+        never = found == (Lack(None, None),)
+        yield Diagnostic(
+            code=CODE,
+            severity=Severity.NOTE,
+            message=f"`{name}` has no value {listed([lack.words for lack in found])}:"
+            " no statement in force mentions it",
+            span=variable.span,
+            notes=("tables have no column for it",)
+            if never
+            else ("tables hold its last value, or before that its first one",),
+        )
+
+
+def empty_graphs(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A warning for each graph that has no value in the whole film, so that there is nothing to draw."""
+    timeline = motion.timeline
+    graphs = [thing for thing in timeline.scene.things if thing.kind.valued and thing.values and not thing.hidden]
+    if not graphs:
+        return
+    from movimentum.analysis.live import shown_values  # only graphs need it
+
+    count = timeline.frame_count
+    times = [timeline.frame_time(frame) for frame in range(0, count, max(1, count // LOOKED_AT))]
+    poses = motion.poses_at(times)
+    for thing in graphs:
+        values = shown_values(motion, thing, poses, times)
+        first = np.isfinite(values[0, 0])
+        if not any((np.isfinite(row) & first).any() for (number, _), row in values.items() if number):
+            yield Diagnostic(
+                "graph/empty",
+                Severity.WARNING,
+                f"`{thing.name}` shows nothing: what it is about has no value in the whole film",
+                thing.span,
+            ).advised("a square root of less than 0, a quotient by 0 and a variable without a statement have no value")
+
+
+def undefined_arrows(motion: PathMotion) -> Iterator[Diagnostic]:
+    """A warning for each vector that is not drawn in some step because a wish draws what it is about."""
+    things = motion.timeline.scene.things
+    vectors = [thing for thing in things if isinstance(thing.own, VectorScale) and thing.own.acceleration is not None]
+    if not vectors:
+        return
+    from movimentum.solver.rates.rates import UndefinedRate, rates_at  # only vectors need it
+
+    timeline = motion.timeline
+    times = [(segment.start + segment.end) / 2 for segment in timeline.segments]
+    for thing in vectors:
+        (ref,) = thing.through
+        if isinstance(ref, FixedPoint):
+            continue
+        coordinates = [symbol(AnchorCoordinate(ref.thing, ref.anchor, axis)) for axis in (0, 1)]
+        try:
+            rates_at(motion, coordinates, 2, [time for time in times if timeline.start <= time <= timeline.end])
+        except UndefinedRate as error:
+            what = "it" if error.thing is None else f"`{things[error.thing].name}`"
+            yield Diagnostic(
+                "vector/undefined",
+                Severity.WARNING,
+                f"`{thing.name}` shows no acceleration: {what} follows a wish, which has a velocity only",
+                thing.span,
+            ).advised("show its `.velocity(…)`, or state an equation in place of the wish")

@@ -1,17 +1,26 @@
-"""The final check: every frame's solution against the constraints as the script states them, not as compiled."""
+"""The final check: every frame's solution against the constraints as the script states them, not as compiled.
+
+Frames near a singular position, where the last digits of a solution are lost, with their condition numbers.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.planning.blocks.kinds import Newton, Quadratic
 from movimentum.records import dataclass
+from movimentum.solver.block import closed_form
+from movimentum.solver.block.problem import track_scale
+from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.judge import Judge
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
-from movimentum.tolerances import FRAME_SOLVED, JUDGED_BESIDE
+from movimentum.tolerances import FRAME_SOLVED, JUDGED_BESIDE, UNCERTAIN_AT_FOLD
 
 CHUNK = 8192
 
@@ -88,3 +97,90 @@ def _beside(piece: Piece, judge: Judge, tau: FloatArray, asked: BoolArray) -> Fl
         state, bad = evaluated(piece, instants)
         worst[asked] = np.where(bad, np.inf, judge.worst(state, instants)).reshape(2, -1).max(axis=0)
     return worst
+
+
+WORTH_TELLING = 1e6
+"""From this condition on, half of float64's digits are lost at worst."""
+NEAR = 0.02
+"""Relative discriminant below which a minimum between nodes is examined frame by frame."""
+MOST_FRAMES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Singular:
+    """Block ``block`` is nearly singular in ``frames`` frames; most at offset ``time``, with ``condition``."""
+
+    block: int
+    time: float
+    condition: float
+    frames: int
+
+
+def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int, high: int) -> Iterator[Singular]:
+    """The blocks of a segment that come near a singular position in one of the frames ``low`` … ``high - 1``."""
+    for piece in segment_motion.pieces:
+        if isinstance(piece, Unsolved) or len(piece.nodes) < 3:
+            continue
+        frames = motion.instants(segment_motion, low, high).tau
+        frames = frames[(frames >= piece.begin) & (frames <= piece.end)]
+        instants = piece.instants(piece.nodes)
+        at_nodes, _ = piece.solve(instants, windings=False)  # once for all blocks, not once for each
+        for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
+            if not block.moving or block.continued:
+                continue
+            found: FloatArray | None = None
+            chosen = frames
+            if isinstance(track, SignTrack) and isinstance(block, Quadratic):
+                margins = np.broadcast_to(closed_form.margin(block, at_nodes, instants.clocks), len(piece.nodes))
+                chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
+                if len(chosen) == 0:
+                    continue
+                found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), UNCERTAIN_AT_FOLD**2))
+            elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
+                if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
+                    continue
+                chosen = frames[:MOST_FRAMES]
+                found = conditions(piece, block, chosen, None)
+            if found is None:
+                continue
+            bad = found > WORTH_TELLING
+            if bad.any():
+                worst = int(np.argmax(found))
+                yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))
+
+
+def _margins(piece: Piece, block: Quadratic, tau: FloatArray) -> FloatArray:
+    instants = piece.instants(tau)
+    state = piece.before(block.number, instants)
+    return np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(tau))
+
+
+def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:
+    """Which frames lie between the neighbours of a node at which the margin ``v`` (one for each node) is least and
+    small.
+    """
+    least = np.nonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & (v[1:-1] < NEAR))[0]
+    ends = [(0, 1)] if v[0] < NEAR else []
+    ends += [(len(v) - 2, len(v) - 1)] if v[-1] < NEAR else []
+    near = np.zeros(len(frames), dtype=np.bool_)
+    for first, last in [*ends, *((int(i), int(i) + 2) for i in least[:MOST_FRAMES])]:
+        near[np.searchsorted(frames, piece.nodes[first]) : np.searchsorted(frames, piece.nodes[last], "right")] = True
+    return near
+
+
+def conditions(piece: Piece, block: Newton, tau: FloatArray, values: FloatArray | None) -> FloatArray:
+    """Largest over smallest singular value of the scaled Jacobian at each instant."""
+    if len(tau) == 0:
+        return np.zeros(0)
+    from movimentum.solver.block.problem import BlockProblem, scaled
+
+    instants = piece.instants(tau)
+    if values is None:
+        state, _ = piece.evaluate(instants, (*piece.upstream(block.number), block.number))
+        values = np.stack([np.broadcast_to(state[n], len(tau)) for n in block.core], axis=-1)
+    else:
+        state = piece.before(block.number, instants)
+    scale = track_scale(piece.plan, block)
+    rows, _ = scaled(BlockProblem.of(block, state, instants.clocks, scale).jacobian(values), scale)
+    singular = np.linalg.svd(np.nan_to_num(rows, posinf=0.0, neginf=0.0), compute_uv=False)
+    return singular[:, 0] / np.maximum(singular[:, -1], UNCERTAIN_AT_FOLD * singular[:, 0])

@@ -18,7 +18,7 @@ from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.assembly import snapshot
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
 from movimentum.tolerances import MOVE_ALIKE, NO_VELOCITY, SEEN_MOVING, STEP_OF_DIFFERENCE, STRESSED

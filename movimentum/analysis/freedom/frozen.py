@@ -17,8 +17,7 @@ from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.pushing.course import PushCourse

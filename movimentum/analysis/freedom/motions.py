@@ -17,9 +17,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import null_space
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, null_space, scale_of
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.text import number

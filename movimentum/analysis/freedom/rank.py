@@ -13,9 +13,7 @@ from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import null_space, relative_error, scaled
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, null_space, relative_error, scale_of, scaled
 from movimentum.solver.block.sparse import factored
 from movimentum.solver.free.velocity import projected
 from movimentum.tolerances import LEAST_DIVISOR, NEARBY_SOLVED, RANK_SHIFT, RANK_TOLERANCE

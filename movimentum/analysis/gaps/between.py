@@ -10,7 +10,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.cores import padded, signed_distances
 from movimentum.outlines.fine import Fine, depths, touching, values
 from movimentum.records import dataclass
-from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.basis.instants import distinct
 
 
 class GapPairs:

@@ -19,7 +19,7 @@ from movimentum.analysis.gaps.tracks import Tracks
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.cancellation import look
 from movimentum.records import dataclass, replace
-from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.basis.instants import distinct
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece

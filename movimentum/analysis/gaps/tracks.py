@@ -13,7 +13,7 @@ import numpy as np
 from movimentum.analysis.gaps.bodies import GapBody
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass
-from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.basis.instants import distinct
 from movimentum.solver.motion import PathMotion
 from movimentum.tolerances import TRACK_FOLLOWS, TRACK_NOISE
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from movimentum.analysis.diagnose.equal_solutions import loose_variables, shown_unknowns, solutions_of
+from movimentum.analysis.diagnose.ambiguity import loose_variables, shown_unknowns, solutions_of
 from movimentum.analysis.diagnose.inequalities import described, followed_at, selecting_inequalities, selecting_wish
 from movimentum.arrays import first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers

@@ -1,4 +1,4 @@
-"""How safe the solver's choice of branches is: singular values and rival solutions along the whole path."""
+"""How safe the choice of branches is along the path, and the motions that are left, made there and back."""
 
 from __future__ import annotations
 
@@ -6,13 +6,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from movimentum.analysis.diagnose.conditioning import conditions
-from movimentum.arrays import FloatArray
-from movimentum.planning.blocks.kinds import Block, Newton, Quadratic
+from movimentum.analysis.diagnose.verify import conditions
+from movimentum.analysis.freedom.motions import FreeMotion, free_directions
+from movimentum.arrays import FloatArray, first_of
+from movimentum.planning.blocks.kinds import Block, Free, Newton, Quadratic, simultaneous
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
+from movimentum.solver.assembly import snapshot
+from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block import closed_form
+from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
+from movimentum.solver.free.velocity import projected
+from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
@@ -103,3 +110,66 @@ def _newton(segment_motion: SegmentMotion, piece: Piece, block: Newton, track: N
     time = float(segment_motion.segment.start) + float(track.tau[worst])
     least = 1.0 / float(found[worst])
     return BranchReport(block.number, _names(segment_motion, block), least, time, None, time, least < NEARLY_MEETS)
+
+
+FRAMES = 24
+"""Of one motion, there and back."""
+AMPLITUDE = 0.12
+"""How far it goes, in sizes of the scene (or radians)."""
+SUBSTEPS = 4
+
+
+def wiggles(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
+    """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
+
+    After every step along the motion the constraints are restored by Newton's method, as near as possible (in the
+    metric that weighs all anchors alike). If it cannot continue, it stays.
+    """
+    plan = segment_motion.plan
+    instants = piece.instants(np.array([tau]))
+    with np.errstate(all="ignore"):
+        start, _ = piece.evaluate(instants)
+        for block in map(simultaneous, plan.blocks):
+            if not isinstance(block, Free):
+                continue
+            x0 = np.array([first_of(start[n]) for n in block.core])
+            for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
+                largest = float(np.max(np.abs(velocity) / scale_of(plan, block.core)))
+                swing = AMPLITUDE / largest * np.sin(np.linspace(0.0, 2.0 * np.pi, FRAMES))
+                moments = list(_swung(segment_motion, piece, block, start, tau, x0, velocity, swing[:-1]))
+                yield motion, [*moments, snapshot(plan, start, segment_motion.base.now, 0)]
+
+
+def _swung(
+    segment_motion: SegmentMotion,
+    piece: Piece,
+    block: Free,
+    start: State,
+    tau: float,
+    x0: FloatArray,
+    velocity: FloatArray,
+    swing: FloatArray,
+) -> Iterator[Snapshot]:
+    plan = segment_motion.plan
+    instants = piece.instants(np.array([tau]))
+
+    problem = BlockProblem.of(block, start, instants.clocks, scale_of(plan, block.core))
+    x, at = x0, 0.0
+    for target in swing:
+        for _ in range(SUBSTEPS):
+            step = (target - at) / SUBSTEPS * velocity
+            moved, good = projected(problem, x + step)
+            if not good or np.max(np.abs(moved - x)) > 10.0 * np.max(np.abs(step)):
+                break
+            x = moved
+        at = target
+        state = list(start)
+        for n, value in zip(block.core, x, strict=True):
+            state[n] = np.array([value])
+        closed_form.fill_explicit(block, state, instants.clocks)
+        touched = set(block.unknowns)
+        for other, track in zip(plan.blocks, piece.tracks, strict=True):
+            if other.number != block.number and other.inputs & touched:
+                evaluate(piece, other, track, state, instants)
+                touched |= set(other.unknowns)
+        yield snapshot(plan, state, segment_motion.base.now, 0)

@@ -19,10 +19,9 @@ from movimentum.scene.expansion.includes import Includer, ReadText
 from movimentum.scene.expansion.placement import CopyFrame, local_in, stated, statement_in
 from movimentum.scene.expansion.product import BodyShape, Expanded, NamedConstant, StepAt, Timed, TimedView
 from movimentum.scene.expansion.scopes import ConstantEntry, Scope
-from movimentum.scene.expansion.table_files import TableFiles
+from movimentum.scene.expansion.table_files import ReadTable, TableFiles
 from movimentum.scene.expansion.writing import ItemWriter
 from movimentum.scene.findings import Findings
-from movimentum.scene.tables import ReadTable
 from movimentum.source import SourceText, Span, Unfolding
 from movimentum.syntax.parser import parse
 from movimentum.syntax.suggest import nearest

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from movimentum.records import dataclass, field
 from movimentum.scene.expansion.placement import CopyFrame
-from movimentum.scene.tables import Tables
+from movimentum.scene.expansion.table_files import Tables
 from movimentum.source import SourceText, Span
 from movimentum.syntax.expression_tree import Constant
 from movimentum.syntax.tree import ClaimStatement, ConfigStatement, Definition, FilmLoop, Statement, ViewStatement

@@ -26,8 +26,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Timeline

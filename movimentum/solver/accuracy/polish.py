@@ -5,6 +5,8 @@ of float64, so each step gains some 16 digits less those that the condition numb
 Where two solutions meet the Jacobian is singular and no such step converges: the double root is then the regular root
 of the *deflated* system F(x) = 0, F'(x) v = 0, h v = 1 (Ojika 1987). What is neither goes through Newton's method with
 a Jacobian of all digits.
+
+Poses with more digits than float64 has, and the float64 poses that are rounded from them.
 """
 
 from __future__ import annotations
@@ -19,13 +21,17 @@ from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, add, mul, sub, symbol
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.lowering.body_frames import stated_point
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
+from movimentum.scene.model import Thing
 from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
+from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.scaling import scaled
+from movimentum.solver.block.problem import scaled
+from movimentum.solver.poses import Poses
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     RANK_FOR_DEFLATION,
@@ -278,3 +284,64 @@ def _newton(_: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
     """Newton's method with all digits in the Jacobian too, at one instant; 0 for numbers that are of fixed size."""
     possible = isinstance(here.evaluator.arithmetic, DigitsArithmetic) and len(rows.residuals) >= len(rows.unknowns)
     return float(_iterated(rows, here, size, newton=True)[0]) if possible else 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RefinedPoses(Poses):
+    """`Poses` rounded from more digits, which ``pose`` (by thing), ``scalars`` (a variable's components by (name,
+    axis)) and ``instants`` (the times) still have.
+    """
+
+    evaluator: Evaluator
+    pose: tuple[BodyPose, ...]
+    scalars: dict[tuple[str, int | None], Number]
+    instants: Number
+    size: float
+    things: tuple[Thing, ...]
+
+    @property
+    def spelled(self) -> RefinedPoses | None:
+        """Itself, where more digits are asked for than a float has."""
+        return None if self.evaluator.arithmetic.shown is None else self
+
+    def turn(self, thing: int) -> Number:
+        """(F,) a thing's turn in degrees, with all digits."""
+        return self.pose[thing].angle
+
+    def scalar(self, name: str, axis: int | None) -> Number:
+        """(F,) a variable, or one component of it, with all digits."""
+        return self.scalars[name, axis]
+
+    def clock(self) -> Number:
+        """(F,) the times, exactly."""
+        return self.instants
+
+    def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Number:
+        """(F,) one world coordinate of a thing's point, with all digits."""
+        x, y = (self.evaluator.constant(value) for value in stated_point(self.things[thing], local))
+        return self.pose[thing].world(x, y)[axis]
+
+    def world(self, thing: int, local: tuple[float, float]) -> FloatArray:
+        """(F, 2) world positions of the point ``local`` of thing number ``thing``, rounded once."""
+        rounded = self.evaluator.arithmetic.rounded
+        return np.stack([rounded(self.coordinate(thing, local, axis)) for axis in (0, 1)], axis=-1)
+
+    def texts(self, value: Number) -> list[str]:
+        """(F,) numbers with the digits asked for; in `high`, the shortest text of the nearest float."""
+        arithmetic = self.evaluator.arithmetic
+        if isinstance(arithmetic, DigitsArithmetic):
+            return [arithmetic.text(item, self.size) for item in value]
+        return [repr(item) for item in (arithmetic.rounded(value) + 0.0).tolist()]
+
+    def select(self, chosen: NDArray[np.int64] | slice) -> RefinedPoses:
+        """The frames ``chosen`` (positions in these arrays, not frame numbers)."""
+        plain = Poses.select(self, chosen)
+        return RefinedPoses(
+            **{name: getattr(plain, name) for name in Poses.__dataclass_fields__},
+            evaluator=self.evaluator,
+            pose=tuple(pose.each(lambda part: part[chosen]) for pose in self.pose),
+            scalars={key: value[chosen] for key, value in self.scalars.items()},
+            instants=self.instants[chosen],
+            size=self.size,
+            things=self.things,
+        )

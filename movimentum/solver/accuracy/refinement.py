@@ -25,19 +25,17 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.notes import Attained
-from movimentum.solver.accuracy.polish import RowContext, Rows, make_rows, polished
-from movimentum.solver.accuracy.wide_poses import RefinedPoses
+from movimentum.solver.accuracy.polish import RefinedPoses, RowContext, Rows, make_rows, polished
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.body_pose import BodyPose, solved_pose
 from movimentum.solver.basis.instants import at_times
 from movimentum.solver.block.formulas import UnknownFormulas
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.tracks import StillTrack
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import evaluated
+from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import Unsolved
 from movimentum.timeline.model import Timeline

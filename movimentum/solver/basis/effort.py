@@ -1,4 +1,4 @@
-"""Work that is counted, so that what is only tried out can be given up: the same on every machine, unlike time.
+"""How much work is done: counted, so that what is only tried out can be given up, and more for integrals at times.
 
 The count is of linearizations: of every Newton step, every step toward a pose to begin with, and every step of a
 free motion. The limit is that of the calling thread's context, for it would otherwise be an argument of every function
@@ -66,3 +66,21 @@ def charge(count: int = 1) -> None:
         left[0] -= count
         if left[0] < 0:
             raise GivenUp
+
+
+_factor: ContextVar[float] = ContextVar("_factor", default=1.0)
+
+
+@contextmanager
+def tightened(factor: float) -> Generator[None]:
+    """Free motion and differential equations that are solved inside have steps whose error is ``factor`` as large."""
+    token = _factor.set(factor)
+    try:
+        yield
+    finally:
+        _factor.reset(token)
+
+
+def tightening() -> float:
+    """The factor that `tightened` gave, 1 outside."""
+    return _factor.get()

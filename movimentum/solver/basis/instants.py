@@ -1,9 +1,14 @@
-"""Sets of times within one segment, and what the clocks read at them."""
+"""Sets of times within one segment, and what the clocks read at them.
+
+`numpy.unique` and what is made of it load `numpy.ma` when they are called first, which takes longer than following a
+four-bar.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,3 +63,21 @@ def at_frames(
         return np.array([float(offset + int(k) * step) for k in frames], dtype=np.float64)
 
     return Instants(since(segment_start), tuple(since(start) for start in starts))
+
+
+Number = TypeVar("Number", bound=np.generic)
+
+
+def distinct(values: NDArray[Number]) -> NDArray[Number]:
+    """All different ``values`` (any shape, none of them nan) in ascending order."""
+    ordered: NDArray[Number] = np.sort(values, axis=None)
+    kept = np.ones(len(ordered), dtype=np.bool_)
+    kept[1:] = ordered[1:] != ordered[:-1]
+    return ordered[kept]
+
+
+def without(values: NDArray[Number], others: NDArray[Any]) -> NDArray[Number]:
+    """The different ``values`` that are none of the ``others`` (ascending, at least one), in ascending order."""
+    some = distinct(values)
+    place = np.minimum(np.searchsorted(others, some), len(others) - 1)
+    return some[others[place] != some]

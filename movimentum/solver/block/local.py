@@ -12,8 +12,7 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.newton import newton, newton_at
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
+from movimentum.solver.block.problem import BlockProblem, scaled
 from movimentum.tolerances import BESIDE_AN_END, RANK_FOR_VELOCITY, SINGULAR_ON_PATH
 
 Probe = Callable[[FloatArray], BlockProblem]

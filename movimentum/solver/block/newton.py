@@ -18,8 +18,7 @@ from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.linearization import chord_newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import relative_error, scaled
+from movimentum.solver.block.problem import BlockProblem, relative_error, scaled
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     LEFT_OF_RANDOM_MOTION,

@@ -19,8 +19,7 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.effort import charge
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import Damping, damped
+from movimentum.solver.block.problem import BlockProblem, Damping, damped
 from movimentum.tolerances import ROUNDING_OF_SPARSE_TANGENT, ROW_RELAXED, SOFT_ROW_RELAXED, VELOCITY_REFINED
 
 REFINEMENTS = 3

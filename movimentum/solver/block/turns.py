@@ -13,8 +13,7 @@ from movimentum.planning.plan import Plan
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import relative_error
+from movimentum.solver.block.problem import BlockProblem, relative_error
 from movimentum.tolerances import TURNED_BACK_ROUNDING, UNCHANGED_BY_A_TURN
 
 TURN = 360.0

@@ -17,7 +17,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.grid import FINEST, LARGEST_TURN
 from movimentum.solver.continuation.tracks import Circles, Path, SignTrack
 from movimentum.tolerances import CENTRES_MAY_MEET

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from movimentum.arrays import FloatArray, solutions
-from movimentum.solver.basis.tightening import tightening
+from movimentum.solver.basis.effort import tightening
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import MOST_NODES

@@ -8,8 +8,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.sorting import without
+from movimentum.solver.basis.instants import Instants, without
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.tracks import Circles, Gap, Path
 

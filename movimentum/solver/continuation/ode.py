@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass, replace
-from movimentum.solver.basis.effort import charge
-from movimentum.solver.basis.tightening import tightening
+from movimentum.solver.basis.effort import charge, tightening
 from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre
 from movimentum.tolerances import (
     COLLOCATION_LAST_CHANGE,

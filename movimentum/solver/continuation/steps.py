@@ -2,6 +2,13 @@
 
 The predictor continues position, velocity and acceleration, the corrector is Newton's method. A step counts only if the
 corrector moved little and the two velocities integrate to the displacement.
+
+Long steps along a smooth path of one Newton block, and all nodes between them at once.
+
+Between the nodes of a path's grid nothing much happens; most steps are as short as they are because nodes must not be
+passed by. So a path first strides over several nodes at a time, with the same conditions on a step as ever. Then all
+nodes that were passed are solved together, from the cubic through the strides' ends, and every interval between
+neighbours must meet the conditions as if it had been stepped. What does not is left to single steps.
 """
 
 from __future__ import annotations
@@ -12,9 +19,18 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.block.local import Local
-from movimentum.solver.block.sizes import sizes_at
-from movimentum.tolerances import ACCELERATION_SPAN, LEAST_DIVISOR, RESTING_ON_PATH, SINGULAR_ON_PATH
+from movimentum.solver.block.local import ITERATIONS, Local
+from movimentum.solver.block.newton import newton
+from movimentum.solver.block.problem import BlockProblem, scaled, sizes_at
+from movimentum.solver.continuation.tracks import node_track
+from movimentum.tolerances import (
+    ACCELERATION_SPAN,
+    AWAY_FROM_SINGULAR,
+    LEAST_DIVISOR,
+    RANK_FOR_VELOCITY,
+    RESTING_ON_PATH,
+    SINGULAR_ON_PATH,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,3 +133,137 @@ def _part(off: FloatArray, moved: FloatArray, limit: float, scale: FloatArray, l
     bound = limit * np.minimum(1.0, np.square(limits.far / np.maximum(moved, LEAST_DIVISOR))) * moved + RESTING_ON_PATH
     found = np.max(np.abs(off) / scale, axis=-1) / bound
     return np.asarray(np.where(moved <= 2.0 * limits.far, found, np.inf), dtype=np.float64)
+
+
+LONGEST = 8
+"""Nodes that one stride may pass by: at most 15 degrees of a driving angle each."""
+FEWEST = 4
+"""Nodes ahead for which it is worth while."""
+WINDOW = 256
+"""Nodes that are solved together."""
+LIKELY = StepLimits(0.5, 0.5, 0.2)
+"""For a stride: what it comes to is looked at afterwards, closely."""
+CONTRACTION = 0.5
+"""Of Newton's method with the Jacobian of one end of an interval, at its other end."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Passed:
+    """Nodes that a path passes, the first left out: ``times`` (K,), core values and rates (K, n)."""
+
+    times: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    bend: FloatArray
+    """The acceleration (n,) with which it comes to the last of them."""
+
+
+def strides(local: Local, here: Standing, nodes: FloatArray, scale: FloatArray, side: float) -> Passed | None:
+    """As many of ``nodes`` (K,) ahead as the path from ``here``, at the first of them, passes smoothly; None where it
+    passes none. ``side``: the orientation of the path's Jacobian; 0 where it has none.
+    """
+    nodes = nodes[:WINDOW]
+    if len(nodes) <= FEWEST or local.at(here.tau).sparse is not None:
+        return None
+    problem, spans = local.prepare(nodes)
+    ends, landings = _ends(local, here, nodes, scale, side)
+    if ends[-1] < FEWEST:
+        return None
+    count = ends[-1] + 1
+    here_later_earlier = (np.arange(count) + len(nodes) * np.arange(3)[:, None]).ravel()
+    around = problem.at(here_later_earlier, 3 * len(nodes))
+    together = _Together(around.at(np.arange(count), 3 * count), around, spans[:count])
+    nodes = nodes[:count]
+    cubic = node_track([one.tau for one in landings], [one.x for one in landings], [one.v for one in landings], np.inf)
+    values, converged = together.corrected(cubic.guess(nodes).T)
+    values[0] = here.x
+    jacobian = together.here.jacobian(values)
+    rates, smallest, sides = together.rates(values, jacobian, scale)
+    rates[0] = here.v
+    good = converged & (smallest > AWAY_FROM_SINGULAR) & (side * sides >= 0.0)
+    good = good[1:] & in_agreement(nodes, values, rates, here.bend, scale) & _contracting(jacobian * scale)
+    count = len(good) if good.all() else int(np.argmin(good))
+    if count == 0:
+        return None
+    passed = slice(1, count + 1)
+    bend = (rates[count] - rates[count - 1]) / (nodes[count] - nodes[count - 1])
+    return Passed(nodes[passed], values[passed], rates[passed], bend)
+
+
+def _ends(
+    local: Local, here: Standing, nodes: FloatArray, scale: FloatArray, side: float
+) -> tuple[list[int], list[Standing]]:
+    """The nodes that strides end at, by number, and the path there; ``here`` first."""
+    ends, landings = [0], [here]
+    length = 1
+    while ends[-1] + 1 < len(nodes):
+        target = min(ends[-1] + length, len(nodes) - 1)
+        step = attempt(local, here, float(nodes[target]) - here.tau, scale, side, LIKELY)
+        if step is None:
+            if target == ends[-1] + 1:
+                break
+            length = (target - ends[-1]) // 2
+            continue
+        length = min(max(round((target - ends[-1]) * step.growth), 1), LONGEST)
+        here = step
+        ends.append(target)
+        landings.append(here)
+    return ends, landings
+
+
+def _contracting(jacobian: FloatArray) -> BoolArray:
+    """(K - 1,) whether Newton's method with one end's Jacobian contracts at the other end: from the K Jacobians, the
+    unknowns in units of their scale (K, m, n).
+
+    Then every Jacobian between, where they change evenly, is regular, and no other path meets this one on the way.
+    (Kantorovich's condition; Ortega & Rheinboldt 1970, *Iterative Solution of Nonlinear Equations*, 12.6.)
+    """
+    intervals = len(jacobian) - 1
+    if jacobian.shape[1] != jacobian.shape[2] or not jacobian.shape[2]:
+        return np.ones(intervals, dtype=np.bool_)
+    try:
+        with np.errstate(all="ignore"):
+            change = np.asarray(np.linalg.solve(jacobian[:-1], np.diff(jacobian, axis=0)), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.zeros(intervals, dtype=np.bool_)
+    return np.asarray(np.max(np.sum(np.abs(change), axis=2), axis=1) <= CONTRACTION, dtype=np.bool_)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Together:
+    """A block at K nodes: what `Local` is for one instant. ``around``: at the nodes, a little later, a little earlier;
+    ``spans`` (K,): the time between the latter two.
+    """
+
+    here: BlockProblem
+    around: BlockProblem
+    spans: FloatArray
+
+    def corrected(self, guess: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Newton from core values ``guess`` (K, n): where it ends, and where (K,) that is a solution."""
+        outcome = newton(self.here, guess, iterations=ITERATIONS)
+        return outcome.x, outcome.converged
+
+    def rates(
+        self, x: FloatArray, jacobian: FloatArray, scale: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """`Local.rate` and `Local.orientation` at core values ``x`` (K, n), with the Jacobians (K, m, n) there:
+        velocities (K, n), smallest singular values (K,), signs of determinants (K,).
+        """
+        count, n = x.shape
+        repeated = np.concatenate([x, x, x])
+        residual = self.around.residual(repeated).reshape(3, count, -1)
+        drift = (residual[1] - residual[2]) / self.spans[:, None]
+        rows, lengths = scaled(jacobian, scale)
+        right = -drift / lengths
+        known = np.isfinite(rows).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+        rates, smallest, sides = np.full((count, n), np.nan), np.zeros(count), np.zeros(count)
+        left, singular, turned = np.linalg.svd(rows[known], full_matrices=False)
+        gains = np.where(singular > RANK_FOR_VELOCITY * singular[:, :1], 1.0 / np.maximum(singular, LEAST_DIVISOR), 0.0)
+        parts = np.einsum("fmk,fm->fk", left, right[known]) * gains
+        rates[known] = np.einsum("fkn,fk->fn", turned, parts) * scale
+        smallest[known] = singular[:, -1] / np.maximum(singular[:, 0], LEAST_DIVISOR)
+        if rows.shape[1] == n:
+            regular = smallest > SINGULAR_ON_PATH
+            sides[regular] = np.linalg.slogdet(rows[regular])[0]
+        return rates, smallest, sides

@@ -13,11 +13,8 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import replace
 from movimentum.solver.block.local import Local, PlaceOn, Probe
-from movimentum.solver.continuation.branching import SingularPose, displacement
-from movimentum.solver.continuation.folds import path_end
-from movimentum.solver.continuation.kinks import before_kink, past_kink
-from movimentum.solver.continuation.steps import Standing, attempt, initial_bend
-from movimentum.solver.continuation.strides import WINDOW, strides
+from movimentum.solver.continuation.singular import SingularPose, before_kink, displacement, past_kink, path_end
+from movimentum.solver.continuation.steps import WINDOW, Standing, attempt, initial_bend, strides
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.tolerances import (
     AWAY_FROM_SINGULAR,

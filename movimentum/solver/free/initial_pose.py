@@ -14,8 +14,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import Damping, null_space, scaled, toward
+from movimentum.solver.block.problem import BlockProblem, Damping, null_space, scaled, toward
 from movimentum.tolerances import (
     CURVATURE_OF_CONSTRAINTS,
     INDIFFERENT_TO_WISHES,

@@ -17,9 +17,8 @@ from movimentum.solver.arithmetic.evaluation import ordered
 from movimentum.solver.arithmetic.taylor import coefficient, shifted
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import DenseTangent, tangent_at
-from movimentum.solver.block.problem import BlockProblem
+from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.block.rates import Moment, differentiated
-from movimentum.solver.block.sizes import scale_of
 from movimentum.solver.free.velocity import Law
 
 

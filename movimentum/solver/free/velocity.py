@@ -18,8 +18,7 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
 from movimentum.solver.block.local import Probe
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import Damping
+from movimentum.solver.block.problem import BlockProblem, Damping
 from movimentum.tolerances import (
     DERIVATIVES_ALIKE,
     LEAST_DIVISOR,

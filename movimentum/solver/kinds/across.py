@@ -19,7 +19,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 
 if TYPE_CHECKING:
     from movimentum.solver.block.problem import BlockProblem

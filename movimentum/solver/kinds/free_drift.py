@@ -9,7 +9,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.records import dataclass, field
-from movimentum.solver.basis.tightening import tightening
+from movimentum.solver.basis.effort import tightening
 from movimentum.solver.block.newton import newton
 from movimentum.solver.continuation.free_motion import (
     MILNE,

@@ -10,8 +10,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray, solutions
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.metric import MetricAcross
 from movimentum.records import dataclass
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import Damping, damped, scaled
+from movimentum.solver.block.problem import BlockProblem, Damping, damped, scaled
 from movimentum.solver.free.velocity import ACROSS, AHEAD, BEHIND, FARTHEST, FOLLOWING, POINTS
 from movimentum.solver.kinds.across import Across, problem_of
 from movimentum.tolerances import (

@@ -12,7 +12,7 @@ from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.planning.structure.metric import MetricAcross
 from movimentum.records import replace
-from movimentum.solver.basis.sorting import without
+from movimentum.solver.basis.instants import without
 from movimentum.solver.continuation.grid import LARGEST_PHASE, LARGEST_TURN, between, first_nodes, splits
 from movimentum.solver.free.velocity import MOST_NODES
 from movimentum.solver.kinds.across import Across, Lift

@@ -13,8 +13,7 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray, solutions
 from movimentum.planning.structure.metric import MetricAcross
 from movimentum.records import dataclass
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import damped, relative_error, scaled
+from movimentum.solver.block.problem import BlockProblem, damped, relative_error, scaled
 from movimentum.solver.free.initial_pose import STEPS, TO_BEGIN
 from movimentum.solver.kinds.free_law import all_finite, applied, chord_across, complement
 from movimentum.solver.solutions.newton_starts import BEGINS

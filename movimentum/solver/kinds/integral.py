@@ -8,11 +8,10 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Integral
-from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.sorting import distinct
+from movimentum.solver.basis.instants import Instants, distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.poles import first_pole
+from movimentum.solver.continuation.runaways import first_pole
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.context import Beginning, Found, Kernel

@@ -29,10 +29,8 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, Path, StillTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.assign import AssignKernel
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
-from movimentum.solver.kinds.linear import LinearKernel
-from movimentum.solver.kinds.quadratic import QuadraticKernel
+from movimentum.solver.kinds.quadratic import AssignKernel, LinearKernel, QuadraticKernel
 from movimentum.solver.kinds.winding import WindingKernel
 
 

@@ -16,14 +16,12 @@ from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
-from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.instants import Instants, distinct
 from movimentum.solver.basis.memory import memoized
-from movimentum.solver.basis.sorting import distinct
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import PlaceOn, Probe
 from movimentum.solver.block.newton import freedom_of, newton, newton_across, unrolled
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import scale_of, track_scale
+from movimentum.solver.block.problem import BlockProblem, scale_of, track_scale
 from movimentum.solver.block.turns import as_wound, unwound
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended

@@ -20,8 +20,7 @@ from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of
 from movimentum.solver.block.newton import newton as newton_steps
-from movimentum.solver.block.problem import BlockProblem, Values
-from movimentum.solver.block.sizes import scale_of, track_scale
+from movimentum.solver.block.problem import BlockProblem, Values, scale_of, track_scale
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.ode import Equation, Flow, Slopes, flow

@@ -11,8 +11,7 @@ from movimentum.planning.blocks.kinds import Pushing
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import BlockProblem, track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
 from movimentum.solver.kinds.across import Lift

@@ -14,8 +14,7 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.structure.graph import groups
 from movimentum.scene.model import Toward
 from movimentum.solver.block.local import Probe
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import Damping, null_space, scaled
+from movimentum.solver.block.problem import BlockProblem, Damping, null_space, scaled
 from movimentum.solver.free.velocity import FOLLOWING, MOST_NODES, FreeVelocity, Law, NearInstants, field_of
 from movimentum.solver.pushing.contacts import Lines, PartPair, contacts_of
 from movimentum.solver.pushing.law import Instant, Level, without_rounding

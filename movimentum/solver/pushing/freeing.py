@@ -11,8 +11,7 @@ from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import null_space, scaled
+from movimentum.solver.block.problem import BlockProblem, null_space, scaled
 from movimentum.solver.pushing.contacts import Contacts
 from movimentum.solver.pushing.law import Instant, moved
 from movimentum.solver.pushing.overlap import WholeGap

@@ -13,7 +13,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass, field, replace
-from movimentum.solver.block.scaling import Damping, damped, null_space, scaled
+from movimentum.solver.block.problem import Damping, damped, null_space, scaled
 from movimentum.solver.pushing.programs import Rows, non_negative, numbered, shortest
 from movimentum.tolerances import (
     LEAST_DIVISOR,

@@ -14,7 +14,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
-from movimentum.solver.basis.tightening import tightening
+from movimentum.solver.basis.effort import tightening
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.free.velocity import NearInstants
 from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of

@@ -14,7 +14,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.structure.metric import Metric
 from movimentum.records import dataclass
-from movimentum.solver.block.scaling import Damping, damped, scaled
+from movimentum.solver.block.problem import Damping, damped, scaled
 from movimentum.solver.pushing.programs import Rows
 from movimentum.tolerances import (
     LEAST_DIVISOR,

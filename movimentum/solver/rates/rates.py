@@ -36,10 +36,9 @@ from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.free.rates import depths, extend, undefined
-from movimentum.solver.kinds.pushed_rates import extend_pushed
+from movimentum.solver.kinds.velocity import extend_pushed
 from movimentum.solver.motion import BATCH, PathMotion
-from movimentum.solver.path.piece import Piece
-from movimentum.solver.path.removable import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, evaluated
+from movimentum.solver.path.piece import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, Piece, evaluated
 from movimentum.solver.pushing.tracks import PushTrack
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.tolerances import (

@@ -18,11 +18,9 @@ from movimentum.records import dataclass
 from movimentum.scene.leaves import ContactPlace
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.mobility import is_mobile
+from movimentum.solver.block.linearization import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import relative_error
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, relative_error, scale_of
 from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least, turns_of
 from movimentum.solver.free.velocity import projected
 from movimentum.solver.solutions.carried import carried_values, completed

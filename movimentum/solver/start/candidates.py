@@ -1,19 +1,21 @@
-"""What choosing a solution finds: candidates, and what decided between them."""
+"""What choosing a solution finds: candidates, what decided between them, and in which order blocks are solved."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import Anonymous, ThingAngle
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.start.rejections import Rejection, TurnedDown
+from movimentum.solver.start.judgements import Rejection, TurnedDown
 from movimentum.tolerances import CANDIDATES_APART, SAME_VALUE, TURNS_ALIKE
 
 if TYPE_CHECKING:
@@ -149,3 +151,30 @@ def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
             keys.add(key)
             seen.append(leaf)
     return seen
+
+
+def solving_order(blocks: Sequence[Block], owner: Mapping[int, int], branching: Container[int]) -> list[int]:
+    """The place of each block in an order of solving in which what has one solution comes as early as it can.
+
+    So a choice is judged by all that follows from it before the next choice is made, and made next is what depends
+    on the latest choices.
+    """
+    needs = [{owner[n] for n in b.inputs if n in owner} for b in blocks]
+    users: list[list[int]] = [[] for _ in blocks]
+    for number, some in enumerate(needs):
+        for other in some:
+            users[other].append(number)
+    waiting = [len(some) for some in needs]
+    ready = [(number in branching, 0, number) for number, count in enumerate(waiting) if count == 0]
+    heapify(ready)
+    rank = [0] * len(blocks)
+    place = 0
+    while ready:
+        _, _, number = heappop(ready)
+        rank[number] = place
+        place += 1
+        for other in users[number]:
+            waiting[other] -= 1
+            if waiting[other] == 0:  # what hangs on the latest choices next: then it fails soon, if it has to
+                heappush(ready, (other in branching, -place, other))
+    return rank

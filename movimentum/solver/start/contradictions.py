@@ -22,7 +22,7 @@ from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.basis.upstream import finders
 from movimentum.solver.start.demands import Demands, Effort, Member, OutOfEffortError, demands_of, scattered
 from movimentum.solver.start.fitting import Fitting, StartFit, eliminated
-from movimentum.solver.start.rejections import TurnedDown
+from movimentum.solver.start.judgements import TurnedDown
 from movimentum.tolerances import FIT_ROW_MET, PULLS_IN_FIT, ROW_IN_CERTIFICATE, SAME_FIT_END
 
 LARGEST = 1500

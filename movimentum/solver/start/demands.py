@@ -29,8 +29,7 @@ from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.memory import code_of, memoized
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.tolerances import FIRST_POSE_MEETS, TURN_COEFFICIENT_WHOLE, TURN_COEFFICIENT_ZERO
 
 Member = tuple[str, int]

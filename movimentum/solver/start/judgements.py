@@ -1,4 +1,4 @@
-"""What turns a choice down or speaks for it: inequalities, redundant equations and wishes, as early as can be."""
+"""What turns a choice down, and why, or speaks for it: inequalities, redundant equations and wishes, early."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
+from movimentum.records import dataclass
+from movimentum.solver.block.change_points import solutions_meet
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.meeting import solutions_meet
 from movimentum.solver.start.costs import squared
-from movimentum.solver.start.rejections import Rejection
 from movimentum.tolerances import INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
 
 
@@ -110,3 +110,26 @@ class Judgements:
         first = float(np.broadcast_to(value, 2)[0])
         weight = float(np.broadcast_to(size, 2)[0])
         return first / max(weight, LEAST_DIVISOR) if math.isfinite(first) else math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Rejection:
+    """Why a candidate was turned down: ``selector`` (number in `System.selectors`) or ``check`` (equation number) with
+    the amount by which it failed, or the block that has no real solution (at a ``pole`` what it computes is at
+    infinity; ``past_end``: on an open outline it is past one of the ends).
+    """
+
+    amount: float
+    selector: int | None = None
+    check: int | None = None
+    block: int | None = None
+    pole: bool = False
+    past_end: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnedDown:
+    """What a search had found where it turned something down: ``values`` of all unknowns (None: not found yet)."""
+
+    rejection: Rejection
+    values: tuple[float | None, ...]

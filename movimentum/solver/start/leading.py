@@ -21,9 +21,7 @@ from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import ITERATIONS
 from movimentum.solver.block.newton import newton
-from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.block.scaling import scaled
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import BlockProblem, scaled, track_scale
 from movimentum.solver.continuation.steps import CERTAIN
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.path.piece import Piece

@@ -157,7 +157,7 @@ class _PolynomialRows:
 
     def is_mobile(self) -> bool:
         """Whether the group can move from its start; what is pinned elsewhere is taken as pinned here."""
-        from movimentum.solver.block.mobility import is_mobile
+        from movimentum.solver.block.linearization import is_mobile
 
         constant = self.values(self.start)
 

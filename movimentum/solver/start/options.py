@@ -23,12 +23,12 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import is_past_end
-from movimentum.solver.block.sizes import track_scale
+from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.kinds import kernels
 from movimentum.solver.start.costs import Measures, pair
-from movimentum.solver.start.rejections import Rejection
+from movimentum.solver.start.judgements import Rejection
 from movimentum.tolerances import SAME_AS_FIRST_POSE
 
 if TYPE_CHECKING:  # few scripts need more than what is in closed form: the functions import them

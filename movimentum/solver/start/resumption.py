@@ -15,7 +15,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import is_past_end
-from movimentum.solver.block.sizes import scale_of, sizes_at, track_scale
+from movimentum.solver.block.problem import scale_of, sizes_at, track_scale
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
 from movimentum.solver.kinds.kernels import evaluate
 from movimentum.solver.path.piece import Piece
@@ -201,7 +201,7 @@ class Branch:
 
     def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
-        from movimentum.solver.block.scaling import scaled
+        from movimentum.solver.block.problem import scaled
 
         block = problem.block
         rows = scaled(problem.jacobian(x), sizes_at(x[0], problem.scale))[0][0]
@@ -288,7 +288,7 @@ class Branch:
     def _at_fold(self, tau: float) -> float:
         """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
         from movimentum.solver.block.local import Local
-        from movimentum.solver.continuation.folds import fold_near
+        from movimentum.solver.continuation.singular import fold_near
         from movimentum.solver.kinds.newton import probe_of
 
         piece = self.piece

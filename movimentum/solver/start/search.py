@@ -32,13 +32,12 @@ from movimentum.solver.start.candidates import (
     distinct,
     mirrored_settled,
     same_pose,
+    solving_order,
 )
-from movimentum.solver.start.judgements import Judgements
+from movimentum.solver.start.judgements import Judgements, Rejection, TurnedDown
 from movimentum.solver.start.misplaced import misplaced
 from movimentum.solver.start.options import BlockOptions, BlockSolution
-from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.placement import Parts, placed
-from movimentum.solver.start.rejections import Rejection, TurnedDown
 
 if TYPE_CHECKING:
     from movimentum.solver.start.contradictions import Contradiction

@@ -18,8 +18,8 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.basis.body_pose import DRAWN
+from movimentum.solver.start.candidates import solving_order
 from movimentum.solver.start.costs import distances
-from movimentum.solver.start.order import solving_order
 from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.beginning import VariantBeginning
 from movimentum.variants.together.pattern import MOST_CHOICES, NotTogether

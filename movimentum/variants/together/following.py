@@ -19,7 +19,7 @@ from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.sizes import scale_of
+from movimentum.solver.block.problem import scale_of
 from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
