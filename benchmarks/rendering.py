@@ -52,8 +52,8 @@ def scene_and_poses(folder, frames, sprites):
     from movimentum.solver.poses import Poses
     from movimentum.source import SourceText, Span
     from movimentum.things.kind import Look
-    from movimentum.things.kinds.between import LINE
-    from movimentum.things.kinds.bodies import SPRITE, SpriteImage
+    from movimentum.things.kinds.line import LINE
+    from movimentum.things.kinds.sprite import SPRITE, SpriteImage
 
     nowhere = Span(0, 0)
     t = 2 * np.pi * (np.arange(frames) % TURN) / TURN

@@ -28,7 +28,8 @@ from movimentum.scene.shown import ARROW, CAMERA, CIRCLE, FILM, POLE, CameraView
 from movimentum.solver.motion import AnyMotion, PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.things.kind import Valued
-from movimentum.things.kinds.motion import CENTRE, INFLECTION, POLODE, VectorScale
+from movimentum.things.kinds.poles import CENTRE, INFLECTION, POLODE
+from movimentum.things.kinds.vector import VectorScale
 from movimentum.tolerances import AT_REST, LARGEST_VIEW, LEAST_DIVISOR, SAME_ZOOM, SMALLEST_VIEW
 
 

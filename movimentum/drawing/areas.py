@@ -12,7 +12,7 @@ from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.records import replace
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.between import Bounded
+from movimentum.things.kinds.area import Bounded
 from movimentum.tolerances import NO_REACH
 
 _PIECES = 16

@@ -13,8 +13,8 @@ from movimentum.scene.themes import THEMES
 from movimentum.source import Span
 from movimentum.text import number
 from movimentum.things.kind import Color, ThingKind
-from movimentum.things.kinds.beside import LABEL, Beside
-from movimentum.things.kinds.between import LINE
+from movimentum.things.kinds.label import LABEL, Beside
+from movimentum.things.kinds.line import LINE
 
 LINES = 12
 """At most so many lines are across the longer side of a picture."""

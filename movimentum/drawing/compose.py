@@ -35,9 +35,13 @@ from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Scene, Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Own
-from movimentum.things.kinds.beside import Axes, Beside, Detail
-from movimentum.things.kinds.between import GROUND
-from movimentum.things.kinds.motion import TRACE, VELOCITIES, Rolling, Track
+from movimentum.things.kinds.graph import Axes
+from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.inset import Detail
+from movimentum.things.kinds.label import Beside
+from movimentum.things.kinds.poles import Rolling
+from movimentum.things.kinds.trace import TRACE, Track
+from movimentum.things.kinds.velocities import VELOCITIES
 
 
 def compose(scene: Scene, options: PictureOptions) -> Drawing:

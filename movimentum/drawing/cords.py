@@ -11,7 +11,7 @@ from movimentum.drawing.laid import own_of, stroke
 from movimentum.drawing.model import SymbolMark
 from movimentum.drawing.parts import MovingPart
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.between import Course
+from movimentum.things.kinds.cord import Course
 
 _ARC_POINTS = 49
 

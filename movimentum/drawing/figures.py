@@ -13,7 +13,8 @@ from movimentum.geometry import counter_clockwise
 from movimentum.scene.model import Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Look
-from movimentum.things.kinds.bodies import Annular, Composite, Wedge
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.sector import Annular, Wedge
 
 if TYPE_CHECKING:  # few films have any
     from movimentum.outlines.contour import Contour

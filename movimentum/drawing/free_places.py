@@ -36,7 +36,7 @@ from movimentum.drawing.symbols import moving_parts, symbol_points
 from movimentum.drawing.texts import written
 from movimentum.records import dataclass, replace
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.beside import LABEL, Beside
+from movimentum.things.kinds.label import LABEL, Beside
 from movimentum.tolerances import LEAST_DIVISOR
 
 MOST = 1000

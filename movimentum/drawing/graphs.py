@@ -20,7 +20,7 @@ from movimentum.scene.shown import value_name
 from movimentum.solver.poses import Poses
 from movimentum.text import raised
 from movimentum.things.kind import Own
-from movimentum.things.kinds.beside import GRAPH
+from movimentum.things.kinds.graph import GRAPH
 from movimentum.tolerances import LEAST_DIVISOR, ONE_VALUE, SAME_TICK, SHORTEST_TICK
 
 NEAREST = 0.12

@@ -13,7 +13,7 @@ from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.style import MIDDLE
 from movimentum.solver.poses import Poses
 from movimentum.text import unraised
-from movimentum.things.kinds.beside import Beside
+from movimentum.things.kinds.label import Beside
 
 LETTER = 0.58
 """Of a font's size: the breadth of a letter, to place a text beside a line."""

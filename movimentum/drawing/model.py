@@ -18,7 +18,7 @@ from movimentum.records import dataclass
 from movimentum.scene.shown import Piece
 from movimentum.source import Span
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.kinds.beside import Axes
+from movimentum.things.kinds.graph import Axes
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.records import replace
 from movimentum.scene.shown import CIRCLE, POLE, value_name
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.motion import Polygon
+from movimentum.things.kinds.velocities import Polygon
 from movimentum.tolerances import POLE_AT_INFINITY
 
 _INSIDE, _REACH = 10.0, 22.0

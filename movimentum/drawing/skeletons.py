@@ -11,8 +11,8 @@ from movimentum.geometry import hull
 from movimentum.scene.model import AnchorRef, Scene, Thing
 from movimentum.things.colors import INK
 from movimentum.things.kind import Color
-from movimentum.things.kinds.beside import LABEL
-from movimentum.things.kinds.bodies import SPRITE
+from movimentum.things.kinds.label import LABEL
+from movimentum.things.kinds.sprite import SPRITE
 
 _RADIUS = 3.6
 _TINT = 0.86

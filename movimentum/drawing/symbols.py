@@ -28,8 +28,12 @@ from movimentum.records import dataclass, replace
 from movimentum.scene.shown import ARROW
 from movimentum.solver.poses import Poses
 from movimentum.things.kind import Color
-from movimentum.things.kinds.beside import LABEL
-from movimentum.things.kinds.between import CYLINDER, Angle, Coiled, Counted, Distance
+from movimentum.things.kinds.arc import Angle
+from movimentum.things.kinds.dimension import Distance
+from movimentum.things.kinds.label import LABEL
+from movimentum.things.kinds.piston import CYLINDER
+from movimentum.things.kinds.signs import Counted
+from movimentum.things.kinds.spring import Coiled
 from movimentum.tolerances import LEAST_ARROW
 
 # --- signs of geometry at anchors: right angles, equal lengths, parallel lines

@@ -11,7 +11,7 @@ import numpy as np
 from movimentum.outlines.contour import Contour
 from movimentum.scene.model import Thing
 from movimentum.scene.outlines import outline_of
-from movimentum.things.kinds.bodies import Curved
+from movimentum.things.kinds.curve import Curved
 
 POINTS = 720
 """Of a profile, besides those where it has corners."""

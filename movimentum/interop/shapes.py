@@ -13,7 +13,8 @@ from movimentum.drawing.parts import PartForm, Point
 from movimentum.geometry import hull
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
-from movimentum.things.kinds.bodies import Composite, Round
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.disc import Round
 
 if TYPE_CHECKING:  # it needs NumPy
     from movimentum.outlines.contour import Contour

@@ -17,7 +17,7 @@ from movimentum.rendering.layout import width_of
 from movimentum.rendering.outlines import text_outline
 from movimentum.rendering.prepare import PreparedMark, Trace
 from movimentum.scene.model import Scene, Thing
-from movimentum.things.kinds.bodies import PLATE
+from movimentum.things.kinds.plate import PLATE
 from movimentum.things.kinds.toothed import GEAR, RACK
 from movimentum.vector.film import Film
 from movimentum.vector.page import FilmData

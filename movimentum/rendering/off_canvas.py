@@ -18,11 +18,20 @@ from movimentum.scene.model import Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.text import is_plain, listed, number, time_text
-from movimentum.things.kinds.beside import GRAPH, LABEL, Axes, Beside, Detail
-from movimentum.things.kinds.between import ARC, DIMENSION, GROUND, Distance
-from movimentum.things.kinds.bodies import Annular, Composite, Curved, Round, SpriteImage, Wedge
-from movimentum.things.kinds.motion import VECTOR, VELOCITIES
+from movimentum.things.kinds.arc import ARC
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.curve import Curved
+from movimentum.things.kinds.dimension import DIMENSION, Distance
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.graph import GRAPH, Axes
+from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.inset import Detail
+from movimentum.things.kinds.label import LABEL, Beside
+from movimentum.things.kinds.sector import Annular, Wedge
+from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import Toothed
+from movimentum.things.kinds.vector import VECTOR
+from movimentum.things.kinds.velocities import VELOCITIES
 
 if TYPE_CHECKING:  # Pillow, and what draws, are loaded only where something is near the edge
     from movimentum.rendering.marks import PreparedMark

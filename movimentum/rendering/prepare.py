@@ -44,7 +44,7 @@ from movimentum.rendering.whole_film import settled
 from movimentum.scene.model import Scene
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.beside import LABEL
+from movimentum.things.kinds.label import LABEL
 
 Floats = NDArray[np.float64]
 

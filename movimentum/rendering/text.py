@@ -22,7 +22,7 @@ from movimentum.rendering.sprites import Sprite, outline_of
 from movimentum.scene.model import Thing
 from movimentum.solver.poses import Poses
 from movimentum.source import Span
-from movimentum.things.kinds.beside import LABEL
+from movimentum.things.kinds.label import LABEL
 
 _LONGEST = 10_000  # characters: what follows is measured with care, but the measuring itself costs
 

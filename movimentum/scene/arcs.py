@@ -13,8 +13,8 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression, Name
 from movimentum.syntax.tree import Definition
 from movimentum.things.kind import ArcEdge
-from movimentum.things.kinds.between import BEZIER
-from movimentum.things.kinds.bodies import Annular, Wedge
+from movimentum.things.kinds.bezier import BEZIER
+from movimentum.things.kinds.sector import Annular, Wedge
 
 
 def check_shape(thing: Thing, definition: Definition, points: int, findings: Findings) -> None:

@@ -52,7 +52,7 @@ from movimentum.scene.transitions import judge_transition
 from movimentum.source import SourceText, folder
 from movimentum.syntax.expression_tree import EXTREMES, Blank, Comparison, postorder
 from movimentum.syntax.tree import ClaimStatement, Purpose, ScriptTree, Statement
-from movimentum.things.kinds.beside import SKELETON
+from movimentum.things.kinds.skeleton import SKELETON
 
 
 def build(

@@ -26,7 +26,7 @@ from movimentum.scene.outlines import Circle, outline_of, pieces_of
 from movimentum.scene.values import Value, left_to_right, length_of
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Several, Vector
 from movimentum.text import number as told
-from movimentum.things.kinds.bodies import Curved
+from movimentum.things.kinds.curve import Curved
 
 _OF_CURVE = frozenset({"point", "tangent", "curvature", "length"})
 _OF_THINGS = frozenset({"gap", "roll"})

@@ -28,7 +28,7 @@ from movimentum.source import drawing_file
 from movimentum.syntax.expression_tree import Expression, Member, Name, postorder
 from movimentum.syntax.tree import Definition, Option, Text
 from movimentum.syntax.words import VECTOR_MEMBERS
-from movimentum.things.kinds.bodies import SHAPES
+from movimentum.things.kinds.curve import SHAPES
 from movimentum.tolerances import OUTLINE_CLOSES
 
 FARTHEST = 1e9

@@ -23,7 +23,8 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Expression, Index, Member, Name, Several, postorder
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text
-from movimentum.things.kinds.bodies import CUT, Curved
+from movimentum.things.kinds.curve import Curved
+from movimentum.things.kinds.cut import CUT
 from movimentum.things.registry import kind_of
 
 if TYPE_CHECKING:  # it needs NumPy

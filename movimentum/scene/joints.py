@@ -21,7 +21,7 @@ from movimentum.scene.model import (
 from movimentum.scene.resolve import AngleUse, PropertyUse, ResolvedStatement, VariableUse
 from movimentum.syntax.expression_tree import Name
 from movimentum.syntax.tree import Statement
-from movimentum.things.kinds.bodies import CUT
+from movimentum.things.kinds.cut import CUT
 
 Place = tuple[float, float]
 

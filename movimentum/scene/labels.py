@@ -23,7 +23,7 @@ from movimentum.syntax.printer import expression_text
 from movimentum.syntax.templates import pieces_of
 from movimentum.syntax.tree import Definition, Option, Text, TextField
 from movimentum.things.kind import Valued
-from movimentum.things.kinds.motion import TRACE
+from movimentum.things.kinds.trace import TRACE
 from movimentum.tolerances import LARGEST_VIEW, SMALLEST_VIEW
 
 LONGEST = 200

@@ -15,9 +15,10 @@ from movimentum.scene.themes import EDGE_WIDTH, Theme
 from movimentum.syntax.tree import Definition, Option
 from movimentum.things.colors import INK
 from movimentum.things.kind import Color, Look, ThingKind
-from movimentum.things.kinds.between import GROUND
-from movimentum.things.kinds.bodies import BAR, DISC
-from movimentum.things.kinds.motion import POLODE
+from movimentum.things.kinds.bar import BAR
+from movimentum.things.kinds.disc import DISC
+from movimentum.things.kinds.ground import GROUND
+from movimentum.things.kinds.poles import POLODE
 from movimentum.things.options import COLOR
 from movimentum.things.registry import kind_of
 

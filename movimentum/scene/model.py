@@ -26,9 +26,10 @@ from movimentum.source import SourceText, Span
 from movimentum.syntax.tree import Purpose
 from movimentum.syntax.tree import Toward as Toward
 from movimentum.things.kind import Look, Own, ThingKind
-from movimentum.things.kinds.bodies import Round, SpriteImage
-from movimentum.things.kinds.motion import VECTOR
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import Toothed
+from movimentum.things.kinds.vector import VECTOR
 
 Elements = dict[tuple[str, str], tuple[float, float]]
 """(picture, id) -> the centre of that element of an SVG, in the drawing's pixels, y down."""

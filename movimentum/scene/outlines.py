@@ -12,7 +12,11 @@ from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
 from movimentum.records import dataclass
 from movimentum.scene.model import Thing
-from movimentum.things.kinds.bodies import Annular, Composite, Curved, Round, SpriteImage, Wedge
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.curve import Curved
+from movimentum.things.kinds.disc import Round
+from movimentum.things.kinds.sector import Annular, Wedge
+from movimentum.things.kinds.sprite import SpriteImage
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, Toothed, rack_corners
 
 Linear = tuple[float, float, float, float]

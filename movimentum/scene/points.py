@@ -16,9 +16,10 @@ from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Reference, is_fixed_point
 from movimentum.text import raised
 from movimentum.things.kind import ThingKind
-from movimentum.things.kinds.beside import GROUP
-from movimentum.things.kinds.between import LINE, Course
-from movimentum.things.kinds.motion import TRACE
+from movimentum.things.kinds.cord import Course
+from movimentum.things.kinds.group import GROUP
+from movimentum.things.kinds.line import LINE
+from movimentum.things.kinds.trace import TRACE
 from movimentum.things.registry import KINDS, kind_of
 
 

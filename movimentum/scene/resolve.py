@@ -17,7 +17,7 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Negate, Number, Several
 from movimentum.syntax.tree import ClaimStatement, Statement
 from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
-from movimentum.things.kinds.motion import TRACE
+from movimentum.things.kinds.trace import TRACE
 
 
 @dataclass(frozen=True, slots=True)

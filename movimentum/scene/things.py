@@ -27,9 +27,13 @@ from movimentum.syntax.expression_tree import Element, Expression, Name
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import AnchorDefinition, Definition, Option, Reference, Text, is_fixed_point
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.kinds.between import CORD
-from movimentum.things.kinds.bodies import CURVE, CUT, POLYGON, Composite, Curved, SpriteImage
-from movimentum.things.kinds.motion import VECTOR
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.cord import CORD
+from movimentum.things.kinds.curve import CURVE, Curved
+from movimentum.things.kinds.cut import CUT
+from movimentum.things.kinds.polygon import POLYGON
+from movimentum.things.kinds.sprite import SpriteImage
+from movimentum.things.kinds.vector import VECTOR
 from movimentum.things.registry import KINDS, kind_of
 
 ImageSize = Callable[[str], tuple[int, int] | Diagnostic]

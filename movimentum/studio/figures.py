@@ -10,7 +10,7 @@ from movimentum.scene.model import Thing
 from movimentum.scene.text_edits import statement_end, statement_of
 from movimentum.source import Edit, Span, edited
 from movimentum.studio.placing import NothingToDo, Sketch, number_text, point_text
-from movimentum.things.kinds.bodies import DISC
+from movimentum.things.kinds.disc import DISC
 
 Names = Sequence[str]
 Spots = Sequence[tuple[float, float]]

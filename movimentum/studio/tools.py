@@ -27,7 +27,7 @@ from movimentum.studio.figures import FIGURES, scaled
 from movimentum.studio.messages import TextEdited, ToolUsed
 from movimentum.studio.placing import NothingToDo, Sketch, number_text, own, point_text
 from movimentum.studio.worker import TextWork, Worker, exact_time
-from movimentum.things.kinds.bodies import DISC
+from movimentum.things.kinds.disc import DISC
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.inspector import Inspector

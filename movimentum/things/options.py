@@ -1,6 +1,6 @@
 """The options of things, and the arguments of their words: their names, and what may be written there.
 
-An option that several kinds have is a constant here; one that a single kind has stands with that kind. How
+An option that several kinds have is a constant here; one that a single kind has is in the module of that kind. How
 each form is read is in `movimentum.scene.options`.
 """
 

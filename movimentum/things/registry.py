@@ -1,4 +1,4 @@
-"""All kinds of things: those that stand in any module of `movimentum.things.kinds`."""
+"""All kinds of things: every module of `movimentum.things.kinds` is one, or several that are nearly the same."""
 
 from __future__ import annotations
 

@@ -268,7 +268,7 @@ def _properties(live: LiveScene, film: Poses) -> dict[Any, Any]:
     from movimentum.living.numbers import live_array
     from movimentum.scene.model import AnchorCoordinate, AnchorRef, ThingProperty
     from movimentum.scene.shown import ARROW, Shown, text_number
-    from movimentum.things.kinds.motion import VectorScale
+    from movimentum.things.kinds.vector import VectorScale
 
     found: dict[Any, Any] = {}
     for thing in live.scene.things:

@@ -17,7 +17,7 @@ from movimentum.drawing.model import FigureMark, GraphMark, SymbolMark
 from movimentum.drawing.options import PictureOptions
 from movimentum.drawing.symbols import moving_parts
 from movimentum.rendering.prepare import prepare_drawing
-from movimentum.things.kinds.beside import GRAPH
+from movimentum.things.kinds.graph import GRAPH
 from tests.drawing.test_figures import solved
 
 CRANK = """.config(FPS, 500, 300);

@@ -16,8 +16,9 @@ from movimentum.interop import tables
 from movimentum.scene.model import Anchor, AnchorRef, Config, Scene, Thing, Variable
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
-from movimentum.things.kinds.between import LINE
-from movimentum.things.kinds.bodies import BAR, DISC, Round
+from movimentum.things.kinds.bar import BAR
+from movimentum.things.kinds.disc import DISC, Round
+from movimentum.things.kinds.line import LINE
 
 NOWHERE = Span(0, 0)
 

@@ -14,7 +14,7 @@ from movimentum.scene.model import Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import SEEN, Poses
 from movimentum.text import listed, number
-from movimentum.things.kinds.motion import TRACE
+from movimentum.things.kinds.trace import TRACE
 from movimentum.tolerances import AT_ONE_PLACE, LOOKS_SAME, MOVED_AWAY
 
 MOST_NOTES = 8

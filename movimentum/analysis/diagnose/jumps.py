@@ -17,7 +17,7 @@ from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.source import Span
 from movimentum.text import number, time_text
-from movimentum.things.kinds.bodies import DISC
+from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.toothed import GEAR
 from movimentum.tolerances import LEAST_JUMP, LOOKS_SAME
 

@@ -21,7 +21,7 @@ from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.source import Span
 from movimentum.text import listed, time_text
-from movimentum.things.kinds.motion import VectorScale
+from movimentum.things.kinds.vector import VectorScale
 
 if TYPE_CHECKING:
     from movimentum.analysis.freedom.motions import FreeMotion

@@ -18,7 +18,8 @@ from movimentum.outlines.fine import Fine
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle, VariableComponent
 from movimentum.scene.outlines import Circle, rings_of
 from movimentum.solver.poses import Poses
-from movimentum.things.kinds.bodies import Composite, Round
+from movimentum.things.kinds.body import Composite
+from movimentum.things.kinds.disc import Round
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, RIM, Toothed
 from movimentum.timeline.model import Segment
 from movimentum.tolerances import STAYS_PINNED

@@ -27,7 +27,7 @@ from movimentum.planning.structure.metric import metric_of
 from movimentum.records import fields, replace
 from movimentum.scene.model import AnchorCoordinate, GapSide, Relation, Thing, ThingAngle
 from movimentum.scene.outlines import pieces_of, rings_of
-from movimentum.things.kinds.bodies import SpriteImage
+from movimentum.things.kinds.sprite import SpriteImage
 
 _POSE = (PoseX, PoseY, PoseCos, PoseSin)
 

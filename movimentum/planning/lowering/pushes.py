@@ -10,7 +10,7 @@ from movimentum.planning.lowering.equations import Pull, Push, but_for_turns
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, Unknown, symbol_numbers
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Constraint, Relation, Scene, ThingAngle, Toward
-from movimentum.things.kinds.bodies import Round
+from movimentum.things.kinds.disc import Round
 from movimentum.timeline.model import Segment
 
 

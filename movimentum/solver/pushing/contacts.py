@@ -279,7 +279,8 @@ _Side = tuple[IntArray, tuple[tuple[IntArray, IntArray], ...]]
 class _Chosen:
     """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
     these ``pairs``, ready to be ``measured``. ``sides``: of each side the bodies (M,); and places among (k, n + q)
-    slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of outlines tell all values.
+    slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of
+    outlines tell all values.
     """
 
     push: IntArray
