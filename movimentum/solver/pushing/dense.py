@@ -114,6 +114,46 @@ class Stride:
         return of_series(self.coefficients, (tau - self.t0) / self.h)
 
 
+class Kink(NamedTuple):
+    """The shares of a step ``before`` and ``after`` a kink."""
+
+    before: float
+    after: float
+
+
+def _ahead() -> FloatArray:
+    """(`DEGREE` + 1 - `RUN`, `DEGREE` + 1) by which values at `SHARES` are off the polynomials through those before."""
+    found = np.zeros((DEGREE + 1 - RUN, DEGREE + 1))
+    for row, k in enumerate(range(RUN, DEGREE + 1)):
+        places, found[row, k] = SHARES[k - RUN : k], -1.0
+        for i, place in enumerate(places.tolist()):
+            others = np.delete(places, i)
+            found[row, k - RUN + i] = np.prod((SHARES[k] - others) / (place - others))
+    return found
+
+
+RUN = 4
+"""So many values in a row tell the next one."""
+SHARP = 30.0
+"""So much farther off than all before is a value beyond a kink."""
+_AHEAD = _ahead()
+_BACK: FloatArray = _AHEAD[::-1, ::-1]
+
+
+def kink(values: FloatArray) -> Kink | None:
+    """Where values (`DEGREE` + 1, n) at `SHARES` have a kink: seen from there on, or from the end backwards, the next
+    one is suddenly far off.
+    """
+    on, back = (np.max(np.abs(rows @ values), axis=1) for rows in (_AHEAD, _BACK))
+    for k in range(1, len(on)):  # of the value with the number RUN + k
+        if on[k] > SHARP * np.max(on[:k]):
+            return Kink(float(SHARES[RUN + k - 1]), float(SHARES[RUN + k]))
+    for k in reversed(range(len(back) - 1)):
+        if back[k] > SHARP * np.max(back[k + 1 :]):
+            return Kink(float(SHARES[k]), float(SHARES[k + 1]))
+    return None
+
+
 def times_of(t0: float, h: float) -> FloatArray:
     """(`DEGREE` + 1,) the times of a step."""
     found = t0 + h * SHARES

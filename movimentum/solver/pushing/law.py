@@ -189,7 +189,11 @@ class Whitened:
             along = _seen(slopes @ free, slopes)
             missing = slopes @ y - level.want
             large = np.linalg.norm(slopes, axis=1) * np.linalg.norm(y) + np.abs(level.want)
-            off = self._let_go(free, along.T @ np.where(np.abs(missing) > PUSH_UNSEEN * large, missing, 0.0), which)
+            missing = np.where(np.abs(missing) > PUSH_UNSEEN * large, missing, 0.0)
+            gradient = along.T @ missing
+            if np.linalg.norm(gradient) <= PUSH_UNSEEN * np.linalg.norm(along) * np.linalg.norm(missing):
+                gradient = np.zeros_like(gradient)  # what is missing is not to be had
+            off = self._let_go(free, gradient, which)
             if len(off):
                 return off
             free = free @ _indifferent(along, slopes)

@@ -17,7 +17,7 @@ from movimentum.records import dataclass, field
 from movimentum.solver.basis.effort import tightening
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.free.velocity import NearInstants
-from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Stride, series, times_of
+from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Kink, Stride, kink, series, times_of
 from movimentum.solver.pushing.holding import held_at
 from movimentum.solver.pushing.together import velocities
 from movimentum.tolerances import (
@@ -46,8 +46,36 @@ LONGER, SHORTER = 6.0, 0.1
 """How much longer or shorter the next step is, at most."""
 LOST = 0.3
 """The same where velocities and poses do not come to agree."""
+MIXED = 4
+"""So many poses that were tried before have a part in the next one."""
+MIXED_RANK = 1e-8
 SLOW = 10
 """Rounds: a step that takes more is followed by none that is longer."""
+
+
+class Mixing:
+    """What is tried next where one pose of a step leads to another: of the last ones, the mixture that would lead to
+    itself if it all were linear (Anderson 1965, J. ACM 12; Walker & Ni 2011, SIAM J. Numer. Anal. 49).
+    """
+
+    def __init__(self, scale: FloatArray) -> None:
+        self.scale = scale
+        self.tried: list[tuple[FloatArray, FloatArray]] = []
+
+    def next(self, tried: FloatArray, found: FloatArray) -> FloatArray:
+        """After poses (F, n) that were ``tried`` led to those that were ``found``."""
+        self.tried = [*self.tried[-MIXED:], (tried, found)]
+        off = [((there - here) / self.scale).ravel() for here, there in self.tried]
+        if len(off) < 2:
+            return found
+        changes = np.stack([off[-1] - each for each in off[:-1]], axis=1)
+        shares = np.asarray(np.linalg.lstsq(changes, off[-1], rcond=MIXED_RANK)[0], dtype=np.float64)
+        if not np.isfinite(shares).all():
+            return found
+        return found - sum(
+            (share * (found - there) for share, (_, there) in zip(shares.tolist(), self.tried, strict=False)),
+            np.zeros_like(found),
+        )
 
 
 @dataclass(slots=True, eq=False)
@@ -67,7 +95,9 @@ class Strides:
         going, tolerance = self.going, self.tolerance * tightening()
         self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
         self.determined = going.determined(tau, x)
-        length, spent, stage = going.first(self.determined, self.tolerance), 0, 0
+        first = length = going.first(self.determined, self.tolerance)
+        spent, stage = 0, 0
+        until: float | None = None  # after a kink; before that no step is longer
         while self.tau < end:
             spent += 1
             if spent > STEPS:
@@ -78,9 +108,13 @@ class Strides:
             if end - self.tau - step < STRIDE_NOT_LEFT * step:
                 step = end - self.tau
             found, off, rounds = self._stride(step, tolerance)
+            if not isinstance(found, Stride) and step <= SHORTEST_PATH_STEP * total:
+                return
+            if isinstance(found, Kink):
+                until = self.tau + step * found.after
+                length = step * (found.before or found.after)
+                continue
             if found is None:
-                if step <= SHORTEST_PATH_STEP * total:
-                    return
                 length = step * (float(np.clip(0.9 * off ** (-1.0 / DEGREE), SHORTER, 0.5)) if off < np.inf else LOST)
                 continue
             self.taken.append(found)
@@ -91,6 +125,8 @@ class Strides:
             self.tau, self.x, self.rate = self.tau + step, found.x[-1], found.rates[-1]
             longer = float(np.clip(0.9 * max(off, LEAST_DIVISOR) ** (-1.0 / DEGREE), SHORTER, LONGER))
             length = step * (longer if rounds < SLOW else min(longer, 1.0))
+            if until is not None:
+                length, until = (until - self.tau, until) if self.tau < until else (max(length, first), None)
 
     @property
     def dense(self) -> float:
@@ -115,7 +151,9 @@ class Strides:
                 return there, some
         return None
 
-    def _determined(self, step: float, near: NearInstants, guess: FloatArray) -> tuple[Stride | None, float, int]:
+    def _determined(
+        self, step: float, near: NearInstants, guess: FloatArray
+    ) -> tuple[Stride | Kink | None, float, int]:
         """The same where nothing is free: the poses alone tell how fast they change."""
         course, x, problem = self.going.course, self.x, near.problem
         held = self._held(problem, guess, course.moving(self.rate[None]))
@@ -131,13 +169,13 @@ class Strides:
         coefficients[:, ~moving] = 0.0  # to the last bit
         coefficients[0, ~moving] = x[~moving]
         if error > 1.0:
-            return None, error, 1
+            return kink(there / course.scale), error, 1
         instants = course.instants(problem, near, there, self.going.touching)
         return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, 1
 
-    def _stride(self, step: float, tolerance: float) -> tuple[Stride | None, float, int]:
+    def _stride(self, step: float, tolerance: float) -> tuple[Stride | Kink | None, float, int]:
         """A step of that length; how far it is off, in units of what is allowed; and in how many rounds it was found.
-        None where it is off more.
+        Where it is off more, None, or the kink that is the reason.
         """
         going, x = self.going, self.x
         course, turning = going.course, going.course.turning
@@ -150,6 +188,7 @@ class Strides:
         if self.determined:
             return self._determined(step, near, guess)
         moving, before = course.moving(self.rate[None]), np.inf
+        mixed = Mixing(course.scale)
         for rounds in range(1, ROUNDS + 1):
             held = self._held(problem, guess, moving)
             if held is None:
@@ -161,7 +200,7 @@ class Strides:
                 return None, np.inf, rounds
             rates, free = found
             paces = turning.paces(there, rates)
-            guess = turning.moved(x, step * (INTEGRALS @ paces))
+            given, guess = guess, turning.moved(x, step * (INTEGRALS @ paces))
             whole = float(np.max(np.abs(guess - there) / course.scale))
             open_ = float(np.max(course.along(free, guess - there) / course.scale))
             if not np.isfinite(whole) or (rounds > 2 and open_ > AGREED * tolerance and open_ > 0.7 * before):
@@ -170,6 +209,7 @@ class Strides:
             if open_ <= AGREED * tolerance and (more == moving).all():
                 break
             before, moving = open_, more
+            guess = mixed.next(given, guess)
         else:
             return None, np.inf, ROUNDS
         coefficients = series(there)
@@ -179,5 +219,6 @@ class Strides:
         error = max(whole / PUSH_GUESS, last / self.dense)
         tail = turning.moved(there[-1], step / DEGREE * series(paces)[-2:]) - there[-1]
         error = max(error, float(np.max(course.along(free, tail) / course.scale)) / tolerance)
-        stride = Stride(self.tau, step, problem, there, rates, coefficients, instants)
-        return (stride if error <= 1.0 else None), error, rounds
+        if error > 1.0:
+            return kink(rates / course.scale), error, rounds
+        return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, rounds

@@ -94,8 +94,12 @@ def pressing(now: StepInstants, which: Rows, v: FloatArray) -> FloatArray:
         missing = _times(whitened, y) - wants
         large = np.linalg.norm(whitened, axis=2) * np.linalg.norm(y, axis=1)[:, None] + np.abs(wants)
         told = np.where(np.abs(missing) > np.maximum(PUSH_UNSEEN * large, now.rest), missing, 0.0)
-        found.append(_forces(pushes, free, _times(free @ np.swapaxes(whitened, 1, 2), told)))
         along, sizes = _seen(whitened @ free, whitened)
+        gradient = _times(np.swapaxes(along, 1, 2), told)
+        most = np.linalg.norm(along, axis=(1, 2)) * np.linalg.norm(told, axis=1)
+        had = np.linalg.norm(gradient, axis=1) > PUSH_UNSEEN * most  # or else what is missing is not to be had
+        gradient = np.where(had[:, None], gradient, 0.0)
+        found.append(_forces(pushes, free, gradient) if had.any() else np.zeros(pushes.shape[:2]))
         free = free @ _split(along / np.maximum(sizes, LEAST_DIVISOR))[1]
     still = y if now.pull is None else y + now.pull @ white
     last = _forces(pushes, free, _times(free, still))
