@@ -7,9 +7,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import movimentum as mv
 from tests.broad import broad
@@ -39,7 +41,14 @@ def modified_sine(v: Floats) -> tuple[Floats, Floats, Floats]:
     )
 
 
+def harmonic(v: Floats) -> tuple[Floats, Floats, Floats]:
+    """It jumps in its acceleration where a dwell begins."""
+    p = np.pi
+    return (1.0 - np.cos(p * v)) / 2.0, p * np.sin(p * v) / 2.0, p * p * np.cos(p * v) / 2.0
+
+
 SHAPES: dict[str, Shape] = {
+    "harmonic": ("(1 - .cos(180*(V)))/2", harmonic),
     "cycloidal": ("V - .sin(360*(V))/(2*.pi)", cycloidal),
     "3-4-5": ("10*(V)^3 - 15*(V)^4 + 6*(V)^5", polynomial),
     "modified sine": (
@@ -141,6 +150,38 @@ def test_a_law_comes_back_through_its_profile(seed: int) -> None:
     pressure = motion[".a(.tangent(Cam, .where(Roller.C, Cam)), [1,0])"]
     turned = np.exp(1j * np.radians(pressure)) * -first / np.abs(first)
     assert np.abs(np.angle(turned**2)).max() / 2.0 < 1e-8
+
+
+@broad("seed", range(24), first=2)
+@broad("follower", ["roller", "face"], first=2)
+def test_a_measured_law_comes_back(follower: str, seed: int, tmp_path: Path) -> None:
+    """A smooth table of its heights; SciPy says what is between the rows. Frames lie between the places of the cut."""
+    random = np.random.default_rng(2000 + seed)
+    scale, way, rows = 40.0 * float([1.0, 0.01, 30.0, 1000.0][seed % 4]), -1 if seed % 3 == 2 else 1, seed % 8 + 6
+    angles = np.arange(rows + 1) * 360.0 / rows
+    angles[1:-1] = np.round(angles[1:-1] + random.uniform(-72.0, 72.0, rows - 1) / rows, 4)
+    waves = np.cos(np.radians(angles[:, None] * [1.0, 2.0] + random.uniform(0.0, 360.0, 2)))
+    heights = np.round(scale * waves @ random.uniform(0.05, 0.15, 2), 6)
+    heights[-1] = heights[0]
+    table = "".join(f"{a!r},{h!r}\n" for a, h in zip(angles.tolist(), heights.tolist(), strict=True))
+    (tmp_path / "lift.csv").write_text("angle,lift\n" + table)
+    base, wide = 1.9 * scale, 3.0 * scale
+    x = 0.0 if follower == "roller" else -wide
+    kind, end = (f".disc({0.25 * scale!r})", "") if follower == "roller" else (".bar", f" D = C + [{2.0 * wide!r},0]")
+    (tmp_path / "cam.mov").write_text(f"""
+.config(77, 300, 300);
+Shaft : .disc({0.2 * scale!r}) C = [0,0];
+Tool  : {kind} C = [{x!r},{base!r}]{end};   Other : {kind} C = [{x!r},{1.7 * base!r}]{end};
+Cam   : .cut Tool .in Shaft;
+@0  Shaft.C = [0,0];   Shaft.angle = {way * 90}*.t;   Tool.angle = 0;
+    Tool.C = [{x!r}, {base!r} + .table('lift.csv', 'lift', 90*.t).smooth.periodic];
+    Other.C.x = {x!r};   Other.angle = 0;   Other.C.y > 0;   .gap(Other, Cam) = 0;
+@4
+""")
+    motion = mv.load(tmp_path / "cam.mov").solve()
+    turned = np.mod(90.0 * np.asarray(motion.times, dtype=float), 360.0)
+    lift = CubicSpline(angles, heights, bc_type="periodic")(turned)
+    assert np.abs(motion["Other.C"][:, 1] - base - lift).max() < 1e-9 * scale
 
 
 @broad("fps", [7, 25, 60], first=1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 Stop = tuple[complex, float]
 """A centre, and a radius that is positive where the wheel is on the right."""
@@ -92,33 +93,37 @@ def test_a_load_hangs_where_the_length_lets_it(seed: int) -> None:
     assert hook.real == 0.0
 
 
-@pytest.mark.parametrize("parts", [2, 3, 4, 5])
-def test_a_tackle_lifts_by_a_part_of_what_is_pulled(parts: int) -> None:
-    """With n vertical parts of cord at the block, it rises by the n-th part of what is pulled."""
-    r, top, low = 20.0, 500.0, 100.0
+@broad("seed", range(28), every=4)
+def test_a_tackle_lifts_by_a_part_of_what_is_pulled(seed: int) -> None:
+    """With n vertical parts of cord at the block, it rises by the n-th part of what is pulled; also mirrored."""
+    rng = random.Random(seed)
+    parts, scale, way = 2 + seed % 7, (1.0, 0.001, 30.0, 1000.0)[seed % 4], -1 if seed >= 14 else 1
+    top, low, hand = 500.0 * scale, 100.0 * scale, 200.0 * scale
     begins_at_block = parts % 2 == 1
-    above = [(n % 2 == 0) == begins_at_block for n in range(parts)]
-    lines, fixed, names, stops = [], ["Block.P.x = 0;"], [], [(complex(0.0, low if begins_at_block else top), 0.0)]
-    for n, is_above in enumerate(above):
-        x = r * (2 * n + 1)
-        lines.append(f"W{n} : .disc({r}) O = [{x},{top if is_above else low}];")
-        fixed.append(f"W{n}.O = [{x}, {top if is_above else 'Block.P.y'}]; W{n}.angle = 0;")
-        names.append(f"{'' if is_above else '-'}W{n}")
-        stops.append((complex(x, top if is_above else low), r if is_above else -r))
-    x = 2.0 * r * parts
-    total = length([*stops, (complex(x, 200.0), 0.0)])
-    start = "Block.P" if begins_at_block else f"[0, {top}]"
+    lines, fixed, names, right = [], ["Block.P.x = 0;"], [], 0.0
+    total, height = 0.0, low if begins_at_block else top
+    for n in range(parts):
+        above = (n % 2 == 0) == begins_at_block
+        r, off = rng.uniform(8.0, 25.0) * scale, rng.uniform(-30.0, 30.0) * scale
+        x, y = way * (right + r), (top if above else low) + off
+        lines.append(f"W{n} : .disc({r!r}) O = [{x!r},{y!r}];")
+        fixed.append(f"W{n}.O = [{x!r}, {repr(y) if above else f'Block.P.y + {off!r}'}]; W{n}.angle = 0;")
+        names.append(f"{'' if above == (way > 0) else '-'}W{n}")
+        total, height, right = total + abs(y - height) + math.pi * r, y, right + 2.0 * r
+    total += abs(height - hand)
+    start = "Block.P" if begins_at_block else f"[0,{top!r}]"
     text = "\n".join(
         [
             *lines,
-            f"Block : .bar P = [0,{low}] Q = [10,{low}]; Hand : .disc(3) P = [{x},200];",
-            f"@0 {' '.join(fixed)} Block.angle = 0; Hand.angle = 0; Hand.P = [{x}, 200 - 30*.t];",
+            f"Block : .bar P = [0,{low!r}] Q = [{scale!r},{low!r}]; Hand : .disc({scale!r}) P = [{way * right!r},{hand!r}];",
+            f"@0 {' '.join(fixed)} Block.angle = 0; Hand.P = [{way * right!r}, {hand!r} - {30.0 * scale!r}*.t];",
             f"   .cord({start}, {', '.join(names)}, Hand.P) = {total!r};",
             "@3",
         ]
     )
     motion = mv.loads(text).solve(fps=4)
-    assert motion["Block.P"][:, 1] == pytest.approx([low + 30.0 * t / parts for t in motion.times], abs=1e-9)
+    risen = (motion["Block.P"][:, 1] - low) / scale
+    assert risen == pytest.approx([30.0 * t / parts for t in motion.times], abs=1e-10)
 
 
 def test_drums_wind_and_gripped_wheels_turn() -> None:
