@@ -1,7 +1,8 @@
 """A script in the layout of the gallery: the same script, with the same comments, in other white space.
 
-Where the columns of a text are: what stands in line with something of another row stays there, if there is room. What does not is set in line with the
-rows around it; where nothing is in line yet, all of them are, but for a row that would push the others far away.
+Where the columns of a text are: what stands in line with something of another row stays there, if there is room. What
+does not is set in line with the rows around it; where nothing is in line yet, all of them are, but for a row that would
+push the others far away.
 """
 
 from __future__ import annotations

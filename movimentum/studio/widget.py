@@ -1,4 +1,4 @@
-"""The studio as a widget of a notebook: its page talks with Python through the notebook's own channel, without a port."""
+"""The studio as a widget of a notebook: its page talks with Python through the notebook's channel, without a port."""
 
 from __future__ import annotations
 
