@@ -20,7 +20,7 @@ from movimentum.proving import balls
 from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.groups import RowGroup
 from movimentum.proving.lowering import Lowering, Opaque
-from movimentum.proving.numbers import CLOCK, common_bases
+from movimentum.proving.angles import CLOCK, common_bases
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, Work, make_ring
 from movimentum.proving.stretches import state_at

@@ -12,7 +12,8 @@ from movimentum.proving import balls
 from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.chain import Chain
 from movimentum.proving.lowering import Lowering
-from movimentum.proving.numbers import Form, told_apart
+from movimentum.proving.angles import Form
+from movimentum.proving.numbers import told_apart
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
 from movimentum.proving.stretches import chain_of, lowered, state_at

@@ -12,7 +12,7 @@ from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
 from movimentum.expressions import Expr, KeptNumber, rational_value, symbols, walk
-from movimentum.proving.numbers import CLOCK, DEGREE, HIGHEST, Form, sum_of
+from movimentum.proving.angles import CLOCK, DEGREE, HIGHEST, Form, sum_of
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
 from movimentum.tolerances import GUESSED_DIRECTION

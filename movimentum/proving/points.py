@@ -16,7 +16,7 @@ from movimentum.proving import balls
 from movimentum.proving.balls import BITS, Ball, NoBall
 from movimentum.proving.chain import Chain
 from movimentum.proving.lowering import Opaque
-from movimentum.proving.numbers import CLOCK, DEGREE
+from movimentum.proving.angles import CLOCK, DEGREE
 from movimentum.proving.rings import Polynomial
 from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, Tower, Unit, Value
 from movimentum.records import dataclass, field

@@ -19,7 +19,7 @@ from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.proving.balls import NoBall
 from movimentum.proving.chain import Chain
-from movimentum.proving.numbers import common_bases
+from movimentum.proving.angles import common_bases
 from movimentum.proving.points import TowerPoint
 from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.records import dataclass, field
