@@ -176,7 +176,7 @@ class Sweep:
         written.
         """
         from movimentum.output.files import whole_file
-        from movimentum.variants.tables import check_table, write_table
+        from movimentum.variants.outcomes import check_table, write_table
 
         target = Path(os.fspath(path))
         check_table(target)
@@ -356,7 +356,7 @@ def fitted(
     problem = make_problem(job)
     work = done_here(problem)
     if client is not None:
-        from movimentum.fitting.distributed import done_there
+        from movimentum.fitting.output import done_there
 
         work = done_there(job, client)
     return Fit(title, scene, fit(problem, lambda _done, _total: None, work, every=every, effort=effort))

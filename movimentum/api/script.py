@@ -34,7 +34,7 @@ from movimentum.workflow.read import ScriptFiles, read
 from movimentum.workflow.stages import understand
 
 if TYPE_CHECKING:
-    from movimentum.api.living import LivingFigure
+    from movimentum.api.pictures import LivingFigure
     from movimentum.api.results import Fit, Sweep
     from movimentum.expressions import Expr
     from movimentum.scene.expansion.product import NamedConstant
@@ -240,7 +240,7 @@ class Script(UnderstoodScript):
             job, _ = prepared(self.source, choices, grid, read_measures(texts, grid.names))
             solver = None
             if client is not None:
-                from movimentum.variants.distributed import OnCluster
+                from movimentum.variants.sweep import OnCluster
 
                 solver = OnCluster(job, client)
             rows = sweep_rows(job, solver)
@@ -314,7 +314,7 @@ class Script(UnderstoodScript):
         >>> mv.loads(text).live("R").constants
         {'R': (15.0, 45.0)}
         """
-        from movimentum.api.living import LivingFigure
+        from movimentum.api.pictures import LivingFigure
         from movimentum.workflow.choices import Picture
         from movimentum.workflow.living import living_figure
 

@@ -21,7 +21,7 @@ from movimentum.certifying.nearest import OutlineForms
 from movimentum.expressions import ZERO, Expr, add
 from movimentum.planning.blocks.kinds import Block, Integral, Winding
 from movimentum.planning.blocks.velocities import BlockRows, rows_of
-from movimentum.planning.lowering.integrals import closed_form
+from movimentum.planning.lowering.calculus import closed_form
 from movimentum.planning.lowering.unknowns import PosePart, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field, replace

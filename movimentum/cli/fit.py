@@ -114,7 +114,7 @@ def _fitted(
     from movimentum.fitting.summary import fit_text, notes, unmet
     from movimentum.output.files import refuse_overwriting, refuse_unwritable
     from movimentum.variants.axes import read_intervals
-    from movimentum.variants.sheet import check_sheet
+    from movimentum.variants.plots import check_sheet
     from movimentum.workflow.read import reads
     from movimentum.workflow.stages import understand
 
@@ -132,7 +132,7 @@ def _fitted(
     with ExitStack() as stack:
         work = done_here(problem)
         if asked.dask is not None:
-            from movimentum.fitting.distributed import done_there
+            from movimentum.fitting.output import done_there
             from movimentum.workflow.clusters import cluster
 
             work = done_there(job, stack.enter_context(cluster(asked.dask, console.say)))

@@ -12,7 +12,7 @@ import click
 from movimentum.cli.common import EXIT_CODES, SPEECH, files
 from movimentum.console import Console
 from movimentum.errors import MovimentumError
-from movimentum.output.text import standard_output
+from movimentum.output.files import standard_output
 from movimentum.text import counted
 from movimentum.workflow.reformat import Reformatted, reformat, write_back
 

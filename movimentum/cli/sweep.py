@@ -126,8 +126,7 @@ def sweep(console: Console, *, choices: Choices, asked: _SweepOptions, output: s
 def _swept(console: Console, source: SourceText, choices: Choices, asked: _SweepOptions, target: Path | None) -> Swept:
     from movimentum.variants.axes import read_grid
     from movimentum.variants.measures import read_measures
-    from movimentum.variants.plots import read_plots, write_plots
-    from movimentum.variants.sheet import check_sheet, write_sheet
+    from movimentum.variants.plots import check_sheet, read_plots, write_plots, write_sheet
     from movimentum.variants.sweep import counts_text, prepared
     from movimentum.workflow.stages import understand
 
@@ -162,7 +161,7 @@ def _solved(console: Console, job: SweepJob, scene: Scene, asked: _SweepOptions,
     with ExitStack() as stack:
         solver = None
         if asked.dask is not None:
-            from movimentum.variants.distributed import OnCluster
+            from movimentum.variants.sweep import OnCluster
             from movimentum.workflow.clusters import cluster
 
             solver = OnCluster(job, stack.enter_context(cluster(asked.dask, console.say)))

@@ -20,7 +20,7 @@ from movimentum.planning.lowering.calculus import differentiate
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
 from movimentum.timeline.model import HeldClaim, Timeline
-from movimentum.variants.reducing import influence, reduced
+from movimentum.variants.measures import influence, reduced
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, payloads_read, places_from
 
 READABLE = AnchorCoordinate | ThingAngle | VariableComponent

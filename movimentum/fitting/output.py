@@ -1,23 +1,28 @@
-"""What a fit writes: the script with other values for its constants, and pictures of before and after."""
+"""What a fit writes: the script with other values and pictures of before and after; and its search on a cluster."""
 
 from __future__ import annotations
 
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from movimentum.advice import Choose
 from movimentum.errors import usage_error
-from movimentum.fitting.fit import Fitted
+from movimentum.fitting.fit import FitJob, FitProblem, Fitted, Work, make_problem, task_done
+from movimentum.fitting.search import Candidates, Task
 from movimentum.output.files import whole_file
+from movimentum.records import replace
 from movimentum.rendering.small_multiples import SheetCell, write_small_multiples
 from movimentum.scene.model import Scene
 from movimentum.source import Edit, Span, edited
 from movimentum.syntax.parser import parse
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import Definition, Include, Text, all_items
-from movimentum.variants.sheet import drawn
+from movimentum.variants.plots import drawn
+from movimentum.workflow.clusters import done_by, unpacked
 
 
 def with_constants(scene: Scene, values: Mapping[str, float], folder: Path | None = None) -> str:
@@ -72,3 +77,24 @@ def write_before_and_after(fitted: Fitted, target: Path) -> None:
             shown = picture if drawn(variants, values, picture, end) else None
             cells.append(SheetCell(shown, title, not motion.outcome.moves))
         write_small_multiples(cells, 2, part)
+
+
+def done_there(job: FitJob, client: Any) -> Work:
+    """Does parts of the search on the workers of ``client``, a `distributed.Client`; the result is the same."""
+
+    def work(tasks: list[Task]) -> Iterator[Candidates]:
+        whole = replace(job, files=replace(job.files, complete=True))  # the workers need not share our disk
+        yield from done_by(client, search_part, whole, ((task,) for task in tasks))
+
+    return work
+
+
+@lru_cache(maxsize=1)
+def _problem(data: bytes) -> FitProblem:
+    job: FitJob = unpacked(data)
+    return make_problem(job)
+
+
+def search_part(data: bytes, task: Task) -> Candidates:
+    """What comes of one part of the search; runs on a worker."""
+    return task_done(_problem(data), task)

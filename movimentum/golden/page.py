@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import cast
 
 from movimentum.diagnostics import render_text
-from movimentum.golden import pictures
+from movimentum.golden import check
 from movimentum.golden.check import GoldenResult
-from movimentum.golden.manifest import MANIFEST_BYTES
+from movimentum.golden.record import MANIFEST_BYTES
 from movimentum.output.files import made_folder, read_limited, remove_own, whole_folder
 from movimentum.source import SourceText
 from movimentum.terminal import visible
@@ -23,7 +23,7 @@ img { border: 1px solid #bbb } pre { background: #f4f4f4; padding: 1em }
 """
 
 
-MANIFEST = "pictures.json"
+MANIFEST = "check.json"
 """Names the pictures beside a page, so that the next page removes these and no others."""
 _OURS = re.compile(r"frame-\d{5,9}-(expected|actual|difference)\.png")
 
@@ -50,7 +50,7 @@ def write_report(outcome: GoldenResult) -> Path:
             cells = [f"<tr><td>frame {frame}"]
             kinds = {"expected": expected, "actual": actual}
             if expected is not None and expected.size == actual.size:
-                kinds["difference"] = pictures.shown(expected, actual)
+                kinds["difference"] = check.shown(expected, actual)
             for kind in ("expected", "actual", "difference"):
                 image = kinds.get(kind)
                 if image is None:

@@ -2,6 +2,8 @@
 
 Beside ``NAME.mov``, or in another folder, ``NAME.golden/`` holds ``poses.csv`` (a table as `solve` writes it), some
 frames as PNG, and ``golden.json``, which says what they were recorded with.
+
+The manifest of a recording, ``golden.json``, read with care, because it may come from anywhere.
 """
 
 from __future__ import annotations
@@ -9,14 +11,14 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from movimentum.golden.manifest import FORMAT, picture_name, read_manifest
-from movimentum.output.files import made_folder, remove_own, whole_folder
+from movimentum.output.files import made_folder, read_limited, remove_own, whole_folder
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
 from movimentum.solver.poses import Poses
@@ -24,6 +26,61 @@ from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import read, reads
 from movimentum.workflow.stages import Solution, arranged, solved, understand
+
+FORMAT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """What ``golden.json`` says: how many ``frames`` the film had, of which there are ``pictures``, and who drew
+    them.
+    """
+
+    frames: int
+    pictures: tuple[int, ...]
+    renderer: dict[str, str]
+    fps: str | None = None
+    """Frames per time unit, such as ``25``; None in older recordings."""
+
+
+MANIFEST_BYTES = 1_000_000
+"""A larger file is not a manifest: a folder may come from anywhere."""
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest in a folder, with every value checked; `OSError` or `ValueError` if it is not valid."""
+    data = read_limited(folder / "golden.json", MANIFEST_BYTES)
+    try:
+        about = json.loads(data.decode("utf-8"))
+    except RecursionError as error:
+        raise ValueError("golden.json is nested too deeply") from error
+    if not isinstance(about, dict):
+        raise ValueError("golden.json is not an object")
+    found = cast("dict[str, object]", about)
+    if found.get("format") != FORMAT:
+        raise ValueError(f"its format is {found.get('format')!r}, not {FORMAT}"[:200])
+    frames, pictures, drawn = found.get("frames"), found.get("pictures"), found.get("renderer")
+    fps = found.get("fps")
+    if not _whole(frames) or not isinstance(pictures, list) or not isinstance(drawn, dict):
+        raise ValueError("golden.json does not say what was recorded")
+    numbers = [number for number in cast("list[object]", pictures) if _whole(number)]
+    return Manifest(
+        cast("int", frames),
+        tuple(cast("list[int]", numbers)),
+        {str(key): str(value) for key, value in cast("dict[object, object]", drawn).items()},
+        fps if isinstance(fps, str) and re.fullmatch(r"\d{1,9}(/\d{1,9})?", fps) else None,
+    )
+
+
+def _whole(value: object) -> bool:
+    """Whether a value is a count of frames or the number of one."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 10**9
+
+
+def picture_name(frame: int) -> str:
+    """The name of a recorded frame's file."""
+    return f"frame-{frame:05d}.png"
+
 
 MOST_FRAMES = 2000
 """Rows of a table; for a longer film every second, third, … frame is kept."""

@@ -1,9 +1,12 @@
-"""A scene as a linkage of rods, for the file format "linkages", and the rigidity matrix of such a linkage."""
+"""A scene as a linkage of rods, for the file format "linkages", and the rigidity matrix of such a linkage.
+
+The joints of a scene: anchors that a segment's constraints hold together.
+"""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import permutations
 
 import numpy as np
@@ -12,9 +15,9 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, const, substitute, symbols
-from movimentum.interop.joints import Joint, scene_joints
 from movimentum.interop.linkages import Linkage, turn
-from movimentum.scene.model import AnchorCoordinate, AnchorRef, Anonymous, Constraint, Relation, Scene
+from movimentum.records import dataclass
+from movimentum.scene.model import AnchorCoordinate, AnchorRef, Anonymous, Constraint, Relation, Scene, ThingAngle
 from movimentum.solver.poses import Poses
 from movimentum.tolerances import STATED_ANGLE_DEG
 
@@ -164,3 +167,66 @@ def rigidity_rows(linkage: Linkage) -> tuple[tuple[str, ...], FloatArray]:
         angle[i] = -angle[j] - angle[k]
         angle[list(linkage.fixed)] = 0.0
     return tuple(names), np.array(rows).reshape(len(rows), 2 * len(p)) + 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """``anchors`` that are at the same place all the time, in order of definition; ``fixed``: that place, if two
+    numbers give it.
+    """
+
+    number: int
+    anchors: tuple[AnchorRef, ...]
+    fixed: tuple[float, float] | None = None
+
+    @property
+    def first(self) -> AnchorRef:
+        """The anchor that represents all."""
+        return self.anchors[0]
+
+    def told(self, scene: Scene) -> str:
+        """Its anchors as the script names them."""
+        return " = ".join(
+            f"{scene.things[a.thing].name}.{scene.things[a.thing].anchors[a.anchor].name}" for a in self.anchors
+        )
+
+
+def scene_joints(scene: Scene, active: Iterable[Constraint]) -> tuple[Joint, ...]:
+    """The joints of all things that the equations in ``active`` mention, in order of definition."""
+    equations = [constraint for constraint in active if constraint.relation is Relation.EQUAL]
+    mentioned: set[int] = set()
+    for constraint in equations:
+        for payload in symbols(*constraint.left, *constraint.right):
+            if isinstance(payload, AnchorCoordinate | ThingAngle):
+                mentioned.add(payload.thing)
+    leader: dict[AnchorRef, AnchorRef] = {}
+    for t in sorted(mentioned):
+        thing = scene.things[t]
+        for k, anchor in enumerate(thing.anchors):
+            same = next(j for j, other in enumerate(thing.anchors) if other.local == anchor.local)
+            leader[AnchorRef(t, k)] = AnchorRef(t, same)
+
+    def find(anchor: AnchorRef) -> AnchorRef:
+        while leader[anchor] != anchor:
+            anchor = leader[anchor]
+        return anchor
+
+    places: dict[AnchorRef, tuple[float, float]] = {}
+    for constraint in equations:
+        if constraint.anchor is None:
+            continue
+        x, y = constraint.right
+        if x.value is not None and y.value is not None:
+            places[constraint.anchor] = (x.value, y.value)
+        elif isinstance(x.payload, AnchorCoordinate) and x.op == "symbol":
+            other = AnchorRef(x.payload.thing, x.payload.anchor)
+            if y.payload == AnchorCoordinate(other.thing, other.anchor, 1):
+                a, b = sorted((find(constraint.anchor), find(other)), key=lambda r: (r.thing, r.anchor))
+                leader[b] = a
+    members: dict[AnchorRef, list[AnchorRef]] = {}
+    for anchor in leader:
+        members.setdefault(find(anchor), []).append(anchor)
+    fixed = {find(anchor): place for anchor, place in places.items()}
+    return tuple(
+        Joint(number, tuple(anchors), fixed.get(first)) for number, (first, anchors) in enumerate(members.items())
+    )

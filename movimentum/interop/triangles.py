@@ -12,7 +12,7 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
-from movimentum.interop.joints import Joint, scene_joints
+from movimentum.interop.linkage_export import Joint, scene_joints
 from movimentum.planning.blocks.kinds import Block, Quadratic
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field

@@ -1,21 +1,26 @@
 """Output files that appear whole or not at all: written beside, then renamed; never over what was read.
 
 It also reads foreign files with a limit, whatever they are.
+
+Text as an output: in a whole file, or on standard output.
 """
 
 from __future__ import annotations
 
 import errno
+import io
 import os
 import re
 import stat
+import sys
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TextIO, cast
 
 from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.errors import UsageError
+from movimentum.errors import UsageError, usage_error
 from movimentum.output import parts
 from movimentum.terminal import typed
 
@@ -240,3 +245,28 @@ def explained(path: Path, part: Path) -> Generator[None, None, None]:
                 raise unwritable(path, reason, Choose.OUTPUT.to(typed(path.with_stem(f"{path.stem}-2")))) from problem
             raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
         raise
+
+
+def standard_output() -> TextIO:
+    """Standard output for the text of a file, which is UTF-8 except on a terminal; `UsageError` if it is closed."""
+    stream = sys.stdout
+    if stream is None:  # pyright: ignore[reportUnnecessaryComparison]
+        raise usage_error("output/unwritable", "there is no standard output to write to")
+    if not isinstance(stream, io.TextIOWrapper):
+        pass
+    elif stream.isatty():
+        cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
+    else:
+        cast("io.TextIOWrapper", stream).reconfigure(encoding="utf-8", newline="\n")
+    return cast("TextIO", stream)
+
+
+def write_text(text: str, target: Path | None, inputs: Iterable[str]) -> None:
+    """Write a whole text file, which is not one of ``inputs``, or to stdout."""
+    if target is None:
+        standard_output().write(text)
+        return
+    refuse_unwritable(target)
+    refuse_overwriting(target, inputs)
+    with whole_file(target) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")

@@ -58,7 +58,7 @@ def why(session: Session, argument: str) -> Answer:
 def formula(session: Session, argument: str) -> Answer:
     """its closed form, plain and as LaTeX, or what prevents one"""
     from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
-    from movimentum.equations.steps import shared_steps
+    from movimentum.equations.stage_maker import shared_steps
 
     text = _name(argument, "formula Rod.B")
     with at_the_prompt(session, text):

@@ -18,7 +18,7 @@ from movimentum.syntax.expression_tree import Comparison
 
 if TYPE_CHECKING:
     from movimentum.solver.poses import Poses
-    from movimentum.workflow.over_time import Times
+    from movimentum.workflow.inspector import Times
 
 _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], BoolArray]] = {
     Comparison.BELOW: np.less,
@@ -57,7 +57,7 @@ def times_of(session: Session, text: str, example: str) -> Times:
     """When a condition holds, over the whole film."""
     if not text.strip():
         raise refused("argument", f"`{example.rpartition(' Rod')[0]}` needs a condition", example)
-    from movimentum.workflow.over_time import when
+    from movimentum.workflow.inspector import when
 
     with at_the_prompt(session, text):
         return when(session, text)

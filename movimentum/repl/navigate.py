@@ -10,7 +10,7 @@ from movimentum.repl.expressions import at_the_prompt, condition, times_of
 from movimentum.repl.inspect import shown_values
 from movimentum.repl.session import Answer, AnswerWithData, CommandTable, Session, plain, refused, table
 from movimentum.text import counted, number, rational, time_text
-from movimentum.workflow.over_time import extremes
+from movimentum.workflow.inspector import extremes
 
 COMMANDS = CommandTable()
 

@@ -12,8 +12,7 @@ from movimentum.encoding.plot import Panel, Point
 from movimentum.terminal import visible
 from movimentum.text import listed
 from movimentum.tolerances import LEAST_DIVISOR, LEAST_PLOTTED
-from movimentum.tradeoff.pictures import PictureTrade
-from movimentum.tradeoff.tiers import SolverTrade
+from movimentum.tradeoff.tiers import PictureTrade, SolverTrade
 
 Rates = Sequence[tuple[Fraction, float]]
 

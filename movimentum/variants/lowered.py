@@ -19,8 +19,7 @@ from movimentum.syntax.expression_tree import Constant, Expression, Name, childr
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.tolerances import CLAIM_WITHIN
-from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, retold, wrong
-from movimentum.variants.reducing import reduced
+from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, reduced, retold, wrong
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, numbered, places_from, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles

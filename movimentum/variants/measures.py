@@ -3,6 +3,10 @@
 ``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and around
 reductions any expression of the language may stand. The grammar finds them; what they mean is left to the language: an
 expression is read as it would be in a claim of the first step.
+
+One value of those in many frames: what measures and goals do with them.
+
+Frames without a value (nan) are left out. A least or greatest value is that of the first frame that has it.
 """
 
 from __future__ import annotations
@@ -12,12 +16,16 @@ from collections.abc import Sequence
 from enum import StrEnum
 from fractions import Fraction
 
+import numpy as np
+
 from movimentum.advice import Choose
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, UsageError, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.source import Span
 from movimentum.text import rational
+from movimentum.tolerances import LEAST_DIVISOR
 from movimentum.variants.axes import OWN_COLUMNS
 
 _NAMED = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]*?)\s*=(?!=)(.*)", re.ASCII | re.DOTALL)
@@ -194,3 +202,68 @@ def _claim(text: str, inside: str) -> int | None:
             text, "`.margin(…)` takes the number of a claim, in the order written", Choose.MEASURE.to("'.margin(1)'")
         )
     return int(inside) - 1
+
+
+def reduced(kind: str, values: FloatArray) -> FloatArray:
+    """(V,) what ``kind`` (a word of `syntax.words.REDUCTIONS`, but not "at") makes of (V, F) values; nan where there is
+    none.
+    """
+    known = np.isfinite(values)
+    count = known.sum(axis=1)
+    held = np.where(known, values, 0.0)
+    match kind:
+        case "first":
+            return values[:, 0]
+        case "last":
+            return values[:, -1]
+        case "min":
+            found = _least(values)
+        case "max":
+            found = -_least(-values)
+        case "range":
+            found = -_least(-values) - _least(values)
+        case "mean":
+            found = held.sum(axis=1) / count
+        case "rms":
+            found = np.sqrt(np.square(held).sum(axis=1) / count)
+        case _:
+            raise ValueError(kind)
+    return np.asarray(np.where(count > 0, found, np.nan), dtype=np.float64)
+
+
+def influence(kind: str, values: FloatArray) -> FloatArray:
+    """(V, F) how what is `reduced` changes with each of the values."""
+    known = np.isfinite(values)
+    share: FloatArray = known / np.maximum(known.sum(axis=1), 1)[:, None]
+    match kind:
+        case "first":
+            return _one(np.zeros(len(values), dtype=np.intp), values)
+        case "last":
+            return _one(np.full(len(values), values.shape[1] - 1), values)
+        case "min":
+            return _one(_place(values), values)
+        case "max":
+            return _one(_place(-values), values)
+        case "range":
+            return _one(_place(-values), values) - _one(_place(values), values)
+        case "mean":
+            return share
+        case "rms":
+            found = np.maximum(np.nan_to_num(reduced(kind, values)), LEAST_DIVISOR)
+            return share * np.where(known, values, 0.0) / found[:, None]
+        case _:
+            raise ValueError(kind)
+
+
+def _least(values: FloatArray) -> FloatArray:
+    return np.min(np.where(np.isfinite(values), values, np.inf), axis=1)
+
+
+def _place(values: FloatArray) -> IntArray:
+    return np.argmin(np.where(np.isfinite(values), values, np.inf), axis=1)
+
+
+def _one(place: IntArray, values: FloatArray) -> FloatArray:
+    weights = np.zeros(values.shape)
+    weights[np.arange(len(values)), place] = 1.0
+    return weights

@@ -1,12 +1,26 @@
-"""What comes of a variant: it moves, it binds, it cannot be assembled, it jumps."""
+"""What comes of a variant: it moves, it binds, it cannot be assembled, it jumps.
+
+Tables of variants: one row for each, as CSV, NPZ or Parquet, written some rows at a time.
+
+Columns: the constants, the measures, ``outcome`` and ``time``. Where there is no motion the measures are empty (CSV),
+null (Parquet) or nan (NPZ), and so is the time of a variant that is ok.
+"""
 
 from __future__ import annotations
 
+import zipfile
+from collections.abc import Callable, Iterable, Iterator
 from enum import StrEnum
+from importlib import import_module
+from pathlib import Path
+from typing import Any, BinaryIO, TextIO, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
+from movimentum.advice import Choose
 from movimentum.arrays import FloatArray, IntArray
+from movimentum.errors import usage_error
 from movimentum.records import dataclass
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import FailureKind
@@ -90,3 +104,116 @@ def outcome_of(motion: PathMotion) -> tuple[VariantOutcome, float]:
             if jump is not None:
                 return VariantOutcome.JUMPS, float(segment_motion.segment.start) + jump.beginning.time
     return VariantOutcome.OK, float("nan")
+
+
+TABLE_SUFFIXES = (".csv", ".npz", ".parquet")
+_CELL = max(map(len, OUTCOMES))
+
+RowSource = Callable[[], Iterable[VariantRows]]
+"""The rows, some at a time, from the first one on whenever it is called."""
+
+
+def check_table(path: Path) -> None:
+    """Raise `UsageError` if a table of that name cannot be written here."""
+    suffix = path.suffix.lower()
+    if suffix not in TABLE_SUFFIXES:
+        message = f"{path}: a table of variants ends in one of {', '.join(TABLE_SUFFIXES)}"
+        raise usage_error(
+            "usage/output", message, Choose.OUTPUT.to(path.with_suffix(".csv") if path.name else "table.csv")
+        )
+    if suffix == ".parquet":
+        _pyarrow()
+
+
+def _pyarrow() -> Any:
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError as problem:
+        message = "Parquet needs pyarrow, which is not installed"
+        raise usage_error(
+            "usage/extra", message, "pip install 'movimentum[parquet]'", Choose.OUTPUT.to("table.csv")
+        ) from problem
+
+
+def write_table(names: list[str], rows: RowSource, count: int, path: Path, suffix: str) -> None:
+    """Write ``count`` rows in the format that ``suffix`` names; ``names`` are the constants and the measures."""
+    match suffix.lower():
+        case ".csv":
+            with path.open("w", encoding="utf-8", newline="\n") as stream:
+                write_csv(names, rows(), stream)
+        case ".npz":
+            _write_npz(names, rows, count, path)
+        case _:
+            _write_parquet(names, rows(), path)
+
+
+def write_csv(names: list[str], rows: Iterable[VariantRows], stream: TextIO) -> None:
+    """Write a header line and a line for each row."""
+    stream.write(",".join(map(_quoted, [*names, "outcome", "time"])) + "\n")
+    for some in rows:
+        write_lines(some, stream)
+
+
+def write_lines(some: VariantRows, stream: TextIO) -> None:
+    """A line for each row. Numbers are in the shortest form that reads back exactly."""
+    table: list[list[float]] = (np.column_stack([some.constants, some.measures, some.times]) + 0.0).tolist()
+    codes: list[int] = some.outcomes.tolist()
+    for row, code in zip(table, codes, strict=True):
+        cells: list[str] = ["" if value != value else repr(value) for value in row]
+        cells.insert(-1, str(OUTCOMES[code]))
+        stream.write(",".join(cells) + "\n")
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\n') else name
+
+
+def _columns(names: list[str]) -> list[tuple[str, np.dtype[Any], Callable[[VariantRows], NDArray[Any]]]]:
+    def value(place: int) -> Callable[[VariantRows], FloatArray]:
+        def read(rows: VariantRows) -> FloatArray:
+            width = rows.constants.shape[1]
+            return rows.constants[:, place] if place < width else rows.measures[:, place - width]
+
+        return read
+
+    texts = np.array([outcome.value for outcome in OUTCOMES], dtype=f"<U{_CELL}")
+    number = np.dtype("<f8")
+    return [
+        *((name, number, value(place)) for place, name in enumerate(names)),
+        ("outcome", texts.dtype, lambda rows: texts[rows.outcomes]),
+        ("time", number, lambda rows: rows.times),
+    ]
+
+
+def _write_npz(names: list[str], rows: RowSource, count: int, path: Path) -> None:
+    """NumPy's format, one array for each column; the rows are gone through once for each."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+        for name, dtype, read in _columns(names):
+            entry = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))  # the same sweep, the same bytes
+            with archive.open(entry, "w", force_zip64=True) as member:
+                header = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": (count,)}
+                np.lib.format.write_array_header_1_0(cast("BinaryIO", member), header)
+                for some in rows():
+                    member.write(np.ascontiguousarray(read(some), dtype=dtype).tobytes())
+
+
+def _write_parquet(names: list[str], rows: Iterable[VariantRows], path: Path) -> None:
+    arrow, parquet = _pyarrow()
+    columns = _columns(names)
+    fields = [arrow.field(name, arrow.string() if name == "outcome" else arrow.float64()) for name, _, _ in columns]
+    schema = arrow.schema(fields)
+    with parquet.ParquetWriter(str(path), schema) as writer:
+        for some in _batched(rows):
+            arrays: list[Any] = []
+            for _, dtype, read in columns:
+                values = read(some)
+                if dtype.kind == "U":
+                    arrays.append(arrow.array(values.tolist(), type=arrow.string()))
+                else:
+                    arrays.append(arrow.array(values, type=arrow.float64(), mask=np.isnan(values)))
+            writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
+
+
+def _batched(rows: Iterable[VariantRows]) -> Iterator[VariantRows]:
+    """The rows without empty groups."""
+    yield from (some for some in rows if len(some))

@@ -1,9 +1,11 @@
-"""Plots of a sweep: a measure over one constant as lines, over two as a map with contours (or as dots of a sample)."""
+"""Pictures of a sweep: plots of a measure over one constant or two, and the contact sheet of some variants."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +14,20 @@ from movimentum.advice import Advised, Choose
 from movimentum.arrays import FloatArray
 from movimentum.encoding.heat_map import HeatMap, write_heat_map
 from movimentum.encoding.plot import COLORS, write_curves
-from movimentum.errors import usage_error
+from movimentum.errors import MovimentumError, usage_error
 from movimentum.output.files import refuse_unwritable, whole_file
-from movimentum.records import dataclass
+from movimentum.records import dataclass, replace
+from movimentum.rendering.small_multiples import SheetCell, write_small_multiples
+from movimentum.settings import FailurePolicy
 from movimentum.syntax.suggest import nearest
 from movimentum.text import number
 from movimentum.variants.axes import VariantGrid
 from movimentum.variants.measures import MeasureSet
+from movimentum.variants.outcomes import OUTCOMES
+from movimentum.variants.single import Variants
+from movimentum.variants.sweep import SweepJob
+from movimentum.workflow.animate import animate
+from movimentum.workflow.choices import Picture, Progress
 
 MOST_PLOTTED = 4_000_000
 
@@ -114,3 +123,53 @@ def _map(plot: Plot, grid: VariantGrid, constants: FloatArray, values: FloatArra
         write_heat_map(HeatMap(name, across, up, xs, ys, table), path)
     else:
         write_heat_map(HeatMap(name, across, up, x, y, values), path)
+
+
+MOST_CELLS = 100
+
+
+def check_sheet(target: Path) -> None:
+    """Raise `UsageError` if no sheet can be written there."""
+    if target.suffix.lower() != ".png":
+        raise usage_error("usage/output", f"{target}: a sheet is a .png", Choose.SHEET.to(target.with_suffix(".png")))
+    refuse_unwritable(target)
+
+
+def write_sheet(job: SweepJob, target: Path, progress: Progress) -> int:
+    """Write pictures of at most `MOST_CELLS` variants, evenly chosen, to ``target``; returns how many. A variant that
+    does not move has a red frame, and the picture of where it stops, if it has one.
+    """
+    total = len(job.grid)
+    count = min(total, MOST_CELLS)
+    numbers = np.unique(np.linspace(0, total - 1, count).round().astype(np.int64))
+    shape = job.grid.shape
+    columns = shape[-1] if total <= MOST_CELLS and len(shape) > 1 and 2 <= shape[-1] <= 12 else None
+    with tempfile.TemporaryDirectory() as folder, whole_file(target) as part:
+        cells: list[SheetCell] = []
+        for cell in _cells(job, numbers.tolist(), Path(folder)):
+            cells.append(cell)
+            progress(len(cells), len(numbers))
+        write_small_multiples(cells, columns, part)
+    return len(numbers)
+
+
+def _cells(job: SweepJob, numbers: list[int], folder: Path) -> Iterator[SheetCell]:
+    variants = Variants(job.source, job.choices, job.grid.names, job.measures)
+    values = job.grid.rows(np.array(numbers))
+    for place, row in enumerate(values.tolist()):
+        chosen = dict(zip(job.grid.names, row, strict=True))
+        outcome, _, _ = variants.row(chosen)
+        caption = "  ".join(f"{name} = {number(value)}" for name, value in chosen.items())
+        caption += "" if outcome is OUTCOMES[0] else f"  ({outcome})"
+        picture = folder / f"{place}.png"
+        yield SheetCell(picture if drawn(variants, chosen, picture) else None, caption, not outcome.moves)
+
+
+def drawn(variants: Variants, values: Mapping[str, float], picture: Path, at: Fraction | None = None) -> bool:
+    """Draw a variant (``at`` an instant) into ``picture``, a .png; False if it has none to show."""
+    choices = replace(variants.choices_of(values), on_failure=FailurePolicy.HOLD)
+    try:
+        animate(variants.source, picture, choices, Picture(at=at), lambda done, total: None)
+    except MovimentumError:
+        return False
+    return picture.exists()

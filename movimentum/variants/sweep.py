@@ -1,32 +1,44 @@
-"""`sweep`: many variants of one script, some at a time, and the table that they make."""
+"""`sweep`: many variants of one script, some at a time, and the table that they make.
+
+Sweeps on a cluster: groups of variants go out, their rows come back.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.output.files import explained, refuse_overwriting, refuse_unwritable, whole_file
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.source import SourceText
 from movimentum.variants.axes import VariantGrid, check_constants
 from movimentum.variants.family import EACH_ALONE, LARGEST, Family, block_size
 from movimentum.variants.measures import MeasureSet
-from movimentum.variants.outcomes import OUTCOMES, VariantOutcome, VariantRows
+from movimentum.variants.outcomes import (
+    OUTCOMES,
+    VariantOutcome,
+    VariantRows,
+    check_table,
+    write_csv,
+    write_lines,
+    write_table,
+)
 from movimentum.variants.single import Variants
 from movimentum.variants.spool import VariantSpool, open_spool, remove_spool, signature, spool_path
-from movimentum.variants.tables import check_table, write_csv, write_lines, write_table
 from movimentum.workflow.choices import Choices, Progress
-from movimentum.workflow.clusters import own_version
+from movimentum.workflow.clusters import done_by, own_version, threads_of, unpacked
 from movimentum.workflow.read import ScriptFiles, reads
 from movimentum.workflow.stages import arranged, understand
 
 if TYPE_CHECKING:
     from movimentum.scene.model import Scene
+
 
 MOST = 64 * LARGEST
 """Numbers of variants that are listed at a time."""
@@ -143,7 +155,7 @@ def sweep_to_stream(job: SweepJob, progress: Progress, *, keep: bool = False, so
     """Write the table as CSV to standard output, line by line as the variants are finished, in order. ``keep``: see
     `sweep_to_file`.
     """
-    from movimentum.output.text import standard_output
+    from movimentum.output.files import standard_output
 
     stream = standard_output()
     write_csv(job.columns, (), stream)
@@ -224,3 +236,38 @@ def counts_text(counts: Counter[VariantOutcome]) -> str:
         VariantOutcome.JUMPS: ("jumps", "jump"),
     }
     return ", ".join(f"{counts[kind]:,} {words[kind][counts[kind] != 1]}" for kind in OUTCOMES if counts[kind])
+
+
+MOST_BLOCKS = 16
+"""Blocks of variants (`variants.family.block_size`) in a piece of work, at most; the least is one."""
+PIECES = 8
+"""For each thread, where there are enough variants."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OnCluster(Solver):
+    """Solves on the workers of ``client``, a `distributed.Client`."""
+
+    client: Any
+
+    def solved(self, waiting: Iterator[IntArray]) -> Iterator[tuple[IntArray, VariantRows]]:
+        """The variants in order."""
+        total = len(self.job.grid)
+        block = block_size(total)
+        size = min(max(total // (PIECES * threads_of(self.client) * block), 1), MOST_BLOCKS) * block
+        work = ((numbers,) for numbers in pieces(waiting, size))
+        job = replace(self.job, files=replace(self.job.files, complete=True))  # the workers need not share our disk
+        yield from done_by(self.client, solve_piece, job, work)
+
+
+@lru_cache(maxsize=1)
+def _family(data: bytes) -> Family:
+    """The family of the sweep that this worker was last asked for: what it finds out about its variants is kept."""
+    job: SweepJob = unpacked(data)
+    return job.family()
+
+
+def solve_piece(data: bytes, numbers: IntArray) -> tuple[IntArray, VariantRows]:
+    """The rows of the variants ``numbers``; runs on a worker."""
+    family = _family(data)
+    return numbers, family.rows(numbers)

@@ -18,11 +18,20 @@ from movimentum.records import dataclass, replace
 from movimentum.rendering.affines import transform_of
 from movimentum.rendering.drawings import Drawing2D, drawing, id_of, length_of, view_box
 from movimentum.tolerances import SAME_SCALE
-from movimentum.vector.elements import XmlElement, hex_color
-from movimentum.vector.numbers import joined, short
-from movimentum.vector.svg_gradients import gradient_of
-from movimentum.vector.svg_paths import PathPiece, moved, outline_of, reach, written
-from movimentum.vector.svg_styles import NotPlain, Sheet, inherited, paint_of, share_of
+from movimentum.vector.numbers import XmlElement, hex_color, joined, short
+from movimentum.vector.svg_styles import (
+    NotPlain,
+    PathPiece,
+    Sheet,
+    gradient_of,
+    inherited,
+    moved,
+    outline_of,
+    paint_of,
+    reach,
+    share_of,
+    written,
+)
 
 Element = ElementTree.Element
 

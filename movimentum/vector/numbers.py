@@ -1,16 +1,19 @@
-"""Numbers as short texts, and what changes over time as SVG's animations (SMIL)."""
+"""Numbers, colours, places and elements of XML as texts; what changes over time as SVG's animations (SMIL)."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.records import dataclass
+from movimentum.geometry import Affine
+from movimentum.records import dataclass, field
 from movimentum.tolerances import FRAME_LEAD_S
 
 
@@ -73,3 +76,52 @@ def held(values: FloatArray, shown: FloatArray) -> FloatArray:
         return values if seen.any() else np.repeat(values[:1], len(values), axis=0)
     last = np.maximum.accumulate(np.where(seen, np.arange(len(values)), -1))
     return values[np.where(last < 0, int(seen.argmax()), last)]
+
+
+def matrix(place: Affine) -> list[float]:
+    """As a canvas takes it: by columns."""
+    return [nine_digits(value) for value in (place.a, place.d, place.b, place.e, place.c, place.f)]
+
+
+def nine_digits(value: Any) -> Any:
+    """A number with nine digits, which is more than the poses have; whole ones without a point. (A living figure's
+    stays what it is.)
+    """
+    if not isinstance(value, float | int):
+        return value
+    if -1e9 < value < 1e9 and (whole := int(value)) == value:
+        return whole
+    rounded = float(f"{value:.9g}")
+    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
+
+
+def css(color: tuple[int, int, int]) -> str:
+    """A colour as style sheets write it."""
+    return "#" + "".join(f"{value:02x}" for value in color)
+
+
+@dataclass(slots=True)
+class XmlElement:
+    """An element: its attributes, as they are written, and what stands inside it."""
+
+    tag: str
+    attributes: list[str] = field(default_factory=list[str])
+    inside: list[str] = field(default_factory=list[str])
+
+    def __str__(self) -> str:
+        start = " ".join([self.tag, *self.attributes])
+        return f"<{start}>{''.join(self.inside)}</{self.tag}>" if self.inside else f"<{start}/>"
+
+
+def escaped(text: str) -> str:
+    """A text as XML holds it, in an attribute too; characters that XML cannot hold are replaced."""
+    text = re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+    for character, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
+        text = text.replace(character, entity)
+    return text
+
+
+def hex_color(color: Sequence[float]) -> str:
+    """Red, green and blue, whole numbers from 0 to 255, as ``#rrggbb``, or ``#rgb`` if that is the same."""
+    text = "".join(f"{int(value):02x}" for value in color)
+    return f"#{text[::2]}" if text[::2] == text[1::2] else f"#{text}"

@@ -55,8 +55,8 @@ from movimentum.rendering.prepare import PreparedDrawing, Trace
 from movimentum.text import unraised
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
-from movimentum.vector.letters import lettering
-from movimentum.vector.spelling import css, matrix, nine_digits
+from movimentum.vector.numbers import css, matrix, nine_digits
+from movimentum.vector.words import lettering
 
 
 def page_document(film: Film) -> Iterator[str]:

@@ -9,9 +9,8 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm, Point
-from movimentum.vector.elements import XmlElement, hex_color
 from movimentum.vector.film import FARTHEST
-from movimentum.vector.numbers import held, joined, short, texts
+from movimentum.vector.numbers import XmlElement, held, hex_color, joined, short, texts
 
 
 class Animator(Protocol):

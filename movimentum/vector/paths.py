@@ -11,9 +11,8 @@ from movimentum.drawing.model import TraceMark
 from movimentum.drawing.motion import paint_over
 from movimentum.drawing.style import BANDS, FAINT
 from movimentum.rendering.prepare import Trace
-from movimentum.vector.elements import XmlElement, hex_color
 from movimentum.vector.film import FARTHEST, Film
-from movimentum.vector.numbers import held, joined, short, texts
+from movimentum.vector.numbers import XmlElement, held, hex_color, joined, short, texts
 from movimentum.vector.parts import Animator
 
 _FAR = 99999  # world pixels: a gap that no path is longer than (times the scale of the picture)

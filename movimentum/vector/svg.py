@@ -42,14 +42,12 @@ from movimentum.rendering.changing import runs
 from movimentum.rendering.marks import PreparedMark
 from movimentum.text import listed
 from movimentum.vector.drawings import group
-from movimentum.vector.elements import XmlElement, escaped, hex_color
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
-from movimentum.vector.letters import lettering
-from movimentum.vector.numbers import FilmClock, held, joined, short, texts
+from movimentum.vector.numbers import FilmClock, XmlElement, escaped, held, hex_color, joined, short, texts
 from movimentum.vector.parts import moving_part, still_part, tinted
 from movimentum.vector.paths import PathWriter
-from movimentum.vector.words import WordWriter, matrix, spoken
+from movimentum.vector.words import WordWriter, lettering, matrix, spoken
 
 LONG = 240
 """Characters of a shape that is written once, even if it is drawn twice."""

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from movimentum.advice import Advised, Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError, script_error, usage_error
-from movimentum.output.files import refuse_overwriting
-from movimentum.output.text import write_text
+from movimentum.output.files import refuse_overwriting, write_text
 from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.terminal import typed, visible

@@ -99,14 +99,13 @@ def _figure(
 ) -> Figure:
     from movimentum.equations.program import KeptConstant, NoProgram
     from movimentum.expressions import named_origins
-    from movimentum.living.data import is_made_there
-    from movimentum.living.page import Figure
+    from movimentum.living.page import Figure, is_made_there
     from movimentum.living.program import live_stage
     from movimentum.living.scene import LiveScene, live_drawing, live_poses, lost
     from movimentum.rendering.stream import concatenate
     from movimentum.vector.film import Film
+    from movimentum.workflow.cannot_live import conditions
     from movimentum.workflow.frames import PoseChunks
-    from movimentum.workflow.live_conditions import conditions
 
     motion, timeline = solution.motion.path, solution.motion.timeline
     count = timeline.frame_count
@@ -169,7 +168,7 @@ def _placed(number: int, part: str) -> Expr:
 
 
 def _bodies(scene: Scene, poses: Poses) -> dict[int, Any]:
-    from movimentum.living.data import LiveBody
+    from movimentum.living.page import LiveBody
 
     return {
         n: LiveBody(poses.origin[n, :, 0], poses.origin[n, :, 1], poses.angle[n], poses.visible[n])
@@ -181,7 +180,7 @@ def _matters(figure: Figure, slider: Slider) -> bool:
     """Whether anything in the motion or the picture depends on a constant."""
     from movimentum.equations.program import KeptConstant
     from movimentum.expressions import symbols
-    from movimentum.living.data import LiveData
+    from movimentum.living.page import LiveData
     from movimentum.living.program import opened
 
     for stage in figure.stages:

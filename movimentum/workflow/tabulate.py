@@ -33,8 +33,7 @@ def tabulate(
     """
     from movimentum.analysis.diagnose.undetermined import CODE, never_valued
     from movimentum.interop import tables
-    from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
-    from movimentum.output.text import standard_output
+    from movimentum.output.files import refuse_overwriting, refuse_unwritable, standard_output, whole_file
 
     if choices.digits is not None and choices.digits > choices.max_digits:
         message = f"{choices.digits:,} digits are more than the limit of {choices.max_digits:,}"

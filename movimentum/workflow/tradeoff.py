@@ -15,8 +15,7 @@ from movimentum.workflow.read import reads
 from movimentum.workflow.stages import arranged, solved, understand
 
 if TYPE_CHECKING:
-    from movimentum.tradeoff.pictures import PictureTrade
-    from movimentum.tradeoff.tiers import SolverTrade
+    from movimentum.tradeoff.tiers import PictureTrade, SolverTrade
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +43,7 @@ def trade(
     """
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
     from movimentum.solver.accuracy.refinement import DEFAULT_DIGITS
-    from movimentum.tradeoff.pictures import measure_pictures
-    from movimentum.tradeoff.tiers import measure_rate, measure_tiers
+    from movimentum.tradeoff.tiers import measure_pictures, measure_rate, measure_tiers
 
     if target is not None:
         refuse_unwritable(target)

@@ -8,8 +8,7 @@ import pytest
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
-from movimentum.workflow.inspector import Inspector
-from movimentum.workflow.over_time import extremes, when
+from movimentum.workflow.inspector import Inspector, extremes, when
 from tests.broad import broad
 
 CRANK = """.config({fps}, 400, 300);

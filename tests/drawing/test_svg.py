@@ -14,8 +14,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
-from movimentum.vector.elements import escaped, hex_color
-from movimentum.vector.numbers import FilmClock, held, joined, short
+from movimentum.vector.numbers import FilmClock, escaped, held, hex_color, joined, short
 from tests.broad import broad
 from tests.command import CRANK, ROOT, STILL, movimentum
 from tests.drawing.films import everything, shot_of_svg

@@ -12,9 +12,8 @@ import pytest
 from PIL import Image, ImageDraw
 
 from movimentum.errors import ScriptError
-from movimentum.golden.check import check
+from movimentum.golden.check import BLURRED, check, difference
 from movimentum.golden.page import write_report
-from movimentum.golden.pictures import BLURRED, difference
 from movimentum.golden.record import golden_of, record
 from tests.broad import broad
 from tests.command import movimentum

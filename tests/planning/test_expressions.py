@@ -14,8 +14,7 @@ from movimentum.expressions.arrays import sincosd
 from movimentum.expressions.floats import Floats
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.calculus import affine, with_respect_to
-from movimentum.planning.lowering.integrals import closed_form
+from movimentum.planning.lowering.calculus import affine, closed_form, with_respect_to
 from tests.broad import broad
 
 VALUES = {0: 0.7, 1: -1.3, 2: 2.1}

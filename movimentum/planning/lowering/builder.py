@@ -189,7 +189,7 @@ class SystemBuilder:
         return symbol(number)
 
     def _integral(self, node: Expr) -> Expr:
-        from movimentum.planning.lowering.integrals import closed_form
+        from movimentum.planning.lowering.calculus import closed_form
 
         integrand = self.memo[node.args[0]]
         start = node.start

@@ -18,8 +18,8 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
 from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
+from movimentum.planning.lowering.calculus import closed_form
 from movimentum.planning.lowering.equations import Form
-from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent

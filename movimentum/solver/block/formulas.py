@@ -10,9 +10,8 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from movimentum.expressions import ZERO, Expr, add, div, neg, substitute
-from movimentum.planning.lowering.calculus import with_respect_to
+from movimentum.planning.lowering.calculus import closed_form, with_respect_to
 from movimentum.planning.lowering.equations import Form
-from movimentum.planning.lowering.integrals import closed_form
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
 
