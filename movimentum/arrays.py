@@ -19,11 +19,11 @@ def first_of(value: Any) -> float:
 
 
 def all_finite(value: Any) -> bool:
-    """Whether a number is finite, or all of an array (F,) are."""
+    """Whether a number is finite, or all of an array of any shape are. Called where NumPy ignores what overflows."""
     if isinstance(value, float):
         return math.isfinite(value)
-    # a third of the time of `isfinite`; squares may overflow
-    return math.isfinite(value.dot(value)) or bool(np.isfinite(value).all())
+    flat = value.ravel()
+    return math.isfinite(flat.dot(flat)) or bool(np.isfinite(flat).all())  # squares may overflow
 
 
 def solutions(matrices: FloatArray, right: FloatArray) -> FloatArray:
