@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,14 @@ BoolArray = NDArray[np.bool_]
 def first_of(value: Any) -> float:
     """The first number of an array of any shape; a number itself."""
     return float(value) if isinstance(value, float) else float(np.asarray(value).item(0))
+
+
+def all_finite(value: Any) -> bool:
+    """Whether a number is finite, or all of an array of any shape are. Called where NumPy ignores what overflows."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    flat = value.ravel()
+    return math.isfinite(flat.dot(flat)) or bool(np.isfinite(flat).all())  # squares may overflow
 
 
 def solutions(matrices: FloatArray, right: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import field as field
 from dataclasses import fields as fields
 from functools import cache
+from types import MemberDescriptorType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 T = TypeVar("T")
@@ -128,6 +129,9 @@ def _function(head: str, body: list[str], scope: dict[str, Any]) -> Any:
 
 def _init(cls: type, frozen: bool) -> Any:
     scope: dict[str, Any] = {"_set": object.__setattr__, "_missing": dataclasses.MISSING}
+    slots: dict[str, Any] = {}
+    for base in cls.__mro__:
+        slots |= {name: each for name, each in vars(base).items() if isinstance(each, MemberDescriptorType)}
     places: list[str] = []
     named: list[str] = []
     body: list[str] = []
@@ -144,7 +148,11 @@ def _init(cls: type, frozen: bool) -> Any:
         if each.init:
             (named if each.kw_only else places).append(f"{name}=_default_{name}" if given else name)
         if each.init or given:
-            body.append(f"_set(self, {name!r}, {value})" if frozen else f"self.{name} = {value}")
+            if frozen and name in slots:  # half as long as `object.__setattr__`, which looks for the slot
+                scope[f"_slot_{name}"] = slots[name].__set__
+                body.append(f"_slot_{name}(self, {value})")
+            else:
+                body.append(f"_set(self, {name!r}, {value})" if frozen else f"self.{name} = {value}")
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
     return _function(", ".join(["self", *places, *(["*", *named] if named else [])]), body or ["pass"], scope)

@@ -9,9 +9,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.certifying.blocks import Encloser
+from movimentum.certifying.bounds import Bound, bounds, sides_not_kept
 from movimentum.certifying.forms import TimeForm, up
 from movimentum.certifying.nearest import NOT_ENCLOSED
-from movimentum.certifying.tubes import Bound, Stop, TubeEnd, Tunnel, bounds, sides_not_kept, tunnel
+from movimentum.certifying.tubes import Stop, TubeEnd, Tunnel, tunnel
 from movimentum.expressions import Expr, symbol
 from movimentum.planning.blocks.kinds import Block, Free, Integral, Ode, Velocity, wishes_drawing
 from movimentum.planning.lowering.system import lowered_expressions

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from movimentum.advice import Advised, Choose, ScriptCommand
+from movimentum.certifying.bounds import Bound, BoundVerdict
 from movimentum.certifying.certificate import Break, Certificate
-from movimentum.certifying.tubes import Bound, BoundVerdict
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.scene.model import Relation
 from movimentum.source import SourceText

@@ -19,11 +19,11 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.proving import balls
 from movimentum.proving.angles import CLOCK, common_bases
 from movimentum.proving.balls import Ball, NoBall
+from movimentum.proving.film import state_at
 from movimentum.proving.groups import RowGroup
 from movimentum.proving.lowering import Lowering, Opaque
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import Polynomial, Work, make_ring
-from movimentum.proving.stretches import state_at
 from movimentum.proving.tower import FreeParameter, Full, NotAlgebraic, Quotient, Root, Tower, Unit
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import ContactPlace

@@ -12,11 +12,12 @@ from movimentum.proving import balls
 from movimentum.proving.angles import Form
 from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.chain import Chain
+from movimentum.proving.film import lowered, state_at
 from movimentum.proving.lowering import Lowering
 from movimentum.proving.numbers import told_apart
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
-from movimentum.proving.stretches import chain_of, lowered, state_at
+from movimentum.proving.stretches import chain_of
 from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Root
 from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass

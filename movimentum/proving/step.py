@@ -20,9 +20,11 @@ from movimentum.proving.claims import (
     rests_on_lengths,
     tried,
 )
+from movimentum.proving.film import lowered
+from movimentum.proving.genuine import genuine, holds
 from movimentum.proving.numbers import told_apart
-from movimentum.proving.points import TowerPoint, genuine, holds
-from movimentum.proving.stretches import Chains, lowered, poses
+from movimentum.proving.points import TowerPoint
+from movimentum.proving.stretches import Chains, poses
 from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import Proof

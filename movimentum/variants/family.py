@@ -46,6 +46,7 @@ class Family:
         self._intervals = dict(zip(self.grid.names, zip(low, high, strict=True), strict=True))
         self._structural: tuple[str, ...] | None = None
         self._batches: dict[tuple[float, ...], Batch | None] = {}
+        self._whole: Batch | None = None
 
     def rows(self, numbers: IntArray) -> VariantRows:
         """The rows of the variants ``numbers`` (V,), in rising order."""
@@ -124,7 +125,7 @@ class Family:
         (row,) = self.grid.rows(np.array([len(self.grid) // 2])).tolist()
         middle = dict(zip(names, row, strict=True))
         try:
-            prepare(self.variants, {}, self._intervals)
+            self._whole = prepare(self.variants, {}, self._intervals)
             return ()
         except Exception as error:  # see `_batch`
             self.reasons.append(str(error).split("\n")[0])
@@ -153,7 +154,7 @@ class Family:
             return None
         intervals = {name: each for name, each in self._intervals.items() if name not in fixed}
         try:
-            batch = prepare(self.variants, fixed, intervals)
+            batch = self._whole or prepare(self.variants, fixed, intervals)
             self._batches[key] = batch if self._proven(batch, self._examples(fixed)) else None
         except Exception as error:  # whatever it is, the single solver has the last word
             self.reasons.append(str(error).split("\n")[0])

@@ -18,7 +18,7 @@ from movimentum.expressions import RADIANS, symbols
 from movimentum.expressions import walk as below
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import symbol_numbers
-from movimentum.proving.stretches import lowered, state_at
+from movimentum.proving.film import lowered, state_at
 from movimentum.scene.model import Relation
 
 DIGITS = 60

@@ -87,8 +87,7 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
         return None
     from movimentum.solver.assembly import snapshot
 
-    with np.errstate(all="ignore"):
-        state, _ = piece.evaluate(piece.instants(np.array([beginning.time])))
+    state, _ = piece.solve(piece.instants(np.array([beginning.time])))
     return snapshot(segment_motion.plan, state, segment_motion.base.now, 0)
 
 

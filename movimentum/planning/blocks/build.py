@@ -30,6 +30,7 @@ from movimentum.planning.blocks.reduction import (
     size_of_terms,
 )
 from movimentum.planning.codegen.generate import Clocks, compiled
+from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, phases_of, slopes_of
 from movimentum.planning.lowering.equations import Equation, Form, System, but_for_turns
@@ -64,8 +65,11 @@ class _Making:
         explicit: Sequence[tuple[int, Expr]],
         outputs: Sequence[Expr],
         leading: Expr | None = None,
+        code: Compiled | None = None,
     ) -> dict[str, Any]:
-        """The fields that all kinds have; ``outputs`` are read besides ``explicit``, and divide by ``leading``."""
+        """The fields that all kinds have; ``outputs`` are read besides ``explicit``, and divide by ``leading``;
+        ``code`` gives ``explicit`` (None: it is compiled).
+        """
         unknowns = set(self.group.unknowns)
         roots = [expr for _, expr in explicit] + list(outputs)
         inputs = symbol_numbers(*roots) - unknowns
@@ -84,7 +88,7 @@ class _Making:
             "equations": self.group.equations,
             "core": core,
             "targets": tuple(n for n, _ in explicit),
-            "explicit": compiled([expr for _, expr in explicit], self.clocks) if explicit else None,
+            "explicit": code or (compiled([expr for _, expr in explicit], self.clocks) if explicit else None),
             "given": tuple(explicit),
             "inputs": frozenset(inputs),
             "moving": timed or bool(inputs & self.moving),
@@ -266,7 +270,7 @@ def _with_metric(making: _Making, fields: dict[str, Any], metric: Metric) -> Fre
 
 def _free_block(making: _Making, size: float) -> Free:
     """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
-    from movimentum.planning.structure.linear_rows import reduced_rows, sparse_rows
+    from movimentum.planning.structure.linear_rows import code_of, reduced_rows, sparse_rows
     from movimentum.planning.structure.metric import anchor_metric
 
     system, group = making.system, making.group
@@ -283,7 +287,7 @@ def _free_block(making: _Making, size: float) -> Free:
         fields = _newton_fields(making, rows, linear.explicit)
     else:
         fields = {
-            **making.common(core, linear.explicit, residuals),
+            **making.common(core, linear.explicit, residuals, code=code_of(linear, core, making.clocks)),
             "residual": None,
             "jacobian": None,
             "entries": (),

@@ -32,8 +32,15 @@ class Run:
     function: Callable[..., NDArray[np.float64] | None]
 
 
-Schedule = tuple[Run | int, ...]
-"""The order in which to solve for what moves: runs, and the numbers of other blocks between them."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """Continuous angles that no other block reads, by the numbers of their ``blocks``: they are found together."""
+
+    blocks: tuple[int, ...]
+
+
+Schedule = tuple[Run | Turns | int, ...]
+"""The order in which to solve for what moves: runs, the numbers of other blocks between them, and angles."""
 
 
 SHORTEST = 24
@@ -52,14 +59,16 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks) ->
     awaited = {n for block in blocks if block.number in needed for n in block.inputs}
     late = {b.number for b in blocks if isinstance(b, Winding) and b.moving and not awaited & set(b.unknowns)}
     moving = [block for block in blocks if block.moving and block.number in needed and block.number not in late]
-    result: list[Run | int] = []
+    result: list[Run | Turns | int] = []
     for fused, some in groupby(moving, key=lambda block: bool(block.formulas)):
         if fused:
             runs = _runs(list(some))
             result += [Run(tuple(block.number for block in run), _kept(run, clocks)) for run in runs]
         else:
             result += [block.number for block in some]
-    return (*result, *sorted(late & needed))
+    if late & needed:
+        result.append(Turns(tuple(sorted(late & needed))))
+    return tuple(result)
 
 
 def _runs(blocks: Sequence[Block]) -> Iterator[Sequence[Block]]:

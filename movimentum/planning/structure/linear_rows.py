@@ -7,6 +7,7 @@ unknowns: half of what there was, and as sparse.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,14 +26,43 @@ from movimentum.tolerances import CANCELLED
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearMap:
     """The eliminated unknowns ``targets`` (p,) of a block: ``slopes`` has, for each, its derivatives by core unknowns
-    as (place in the core, value); ``explicit`` the expressions that give them. ``driven`` are those that can move while
-    the core stands still.
+    as (place in the core, value), and ``rests`` what does not depend on the core; ``explicit`` the expressions that
+    give them. ``driven`` are those that can move while the core stands still.
     """
 
     targets: tuple[int, ...]
     slopes: tuple[tuple[tuple[int, float], ...], ...]
+    rests: tuple[Expr, ...]
     explicit: tuple[tuple[int, Expr], ...]
     driven: frozenset[int]
+
+
+def code_of(linear: LinearMap, core: Sequence[int], clocks: Clocks) -> Compiled:
+    """The function that gives the eliminated unknowns: a few products of arrays, not a line of code for each."""
+    terms: list[tuple[Any, Any, Any]] = []
+    for d in range(max(map(len, linear.slopes), default=0)):  # in the order in which `_expression` adds them up
+        rows = [i for i, some in enumerate(linear.slopes) if len(some) > d]
+        places, slopes = zip(*(linear.slopes[i][d] for i in rows), strict=True)
+        terms.append((np.array(rows), np.array(places), np.array(slopes)))
+    varying = [i for i, rest in enumerate(linear.rests) if rest.value is None]
+    constant = np.array([rest.value or 0.0 for rest in linear.rests])
+    rests = compiled([linear.rests[i] for i in varying], clocks)
+
+    def f(u: Any, k: Any, g: Any = 1.0) -> tuple[Any, ...]:
+        others = rests(u, k)
+        shape = np.broadcast_shapes(*{np.shape(value) for value in (*others, *(u[n] for n in core))})
+        values = np.empty((len(core), *shape))
+        for j, n in enumerate(core):
+            values[j] = u[n]
+        result = np.zeros((len(constant), *shape))
+        for rows, places, slopes in terms:
+            result[rows] += (slopes * values[places].T).T
+        result = (result.T + constant).T
+        for i, value in zip(varying, others, strict=True):
+            result[i] += value
+        return tuple(result)
+
+    return f
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +122,8 @@ def reduced_rows(
     left = others[: len(others) - len(spent)]
     residuals = [substitute(system.equations[e].residual, lambda _: None, memo) for e in left]
     driven = frozenset(target for target, row in full.items() if row.rest.value is None)
-    return core, LinearMap(tuple(full), slopes, tuple(explicit.items()), driven), residuals + spent, others
+    rests = tuple(row.rest for row in full.values())
+    return core, LinearMap(tuple(full), slopes, rests, tuple(explicit.items()), driven), residuals + spent, others
 
 
 def _linear(form: Polynomial | None, inside: set[int]) -> _Row | None:

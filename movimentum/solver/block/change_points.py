@@ -31,6 +31,9 @@ Margin = Callable[[FloatArray], FloatArray]
 SAMPLES = 9
 ROUNDS = 16
 
+LOW, WORTH = 0.5, 0.02
+"""A minimum is looked at that is less than so much of a node beside it, or less than so much."""
+
 AT_ONCE = 4096
 """So many brackets are sectioned at a time, for the memory that the states at their samples take."""
 
@@ -45,6 +48,8 @@ class Events:
 
 def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
     """Classify the zeros of ``margin`` (the relative discriminant), known as ``values`` at the nodes ``tau``."""
+    if (least := values.min(initial=np.inf)) >= WORTH and least >= LOW * values.max():  # far from zero everywhere
+        return Events((), ())
     values = np.where(np.isfinite(values), values, -1.0)
     gaps = _gaps(margin, tau, values)
     low, middle, high = _minima(tau, values)
@@ -85,7 +90,7 @@ def _minima(tau: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray
         # a minimum, far enough below a neighbour or near enough to zero to be worth a closer look;
         # a flat run at zero (a mechanism at rest in its dead centre) is none
         low = (middle <= left) & (middle <= right) & (middle > -DISCRIMINANT_ZERO)
-        worth = (middle < 0.5 * np.maximum(left, right)) | (middle < 0.02)
+        worth = (middle < LOW * np.maximum(left, right)) | (middle < WORTH)
         flat = np.maximum(left, right) <= DISCRIMINANT_ZERO
         before = np.concatenate([[-np.inf], left[:-1]])
         second = (middle == left) & (before >= left) & (left <= DISCRIMINANT_ZERO)  # of two equal nodes

@@ -145,16 +145,18 @@ class Grid:
     def turning(self, plan: Plan, block: Block, until: float) -> FloatArray:
         """The largest change of any of the block's directions between neighbouring nodes before ``until``."""
         state = self.state
-        change = np.zeros(1)
-        for n in block.unknowns:
-            if isinstance(plan.system.unknowns[n].payload, PoseCos | PoseSin) and np.ndim(state[n]) > 0:
-                with np.errstate(invalid="ignore"):  # where an input has run away
-                    step = np.abs(np.diff(state[n]))
-                change = np.maximum(change, np.where(np.isfinite(step), step, 0.0))
-        if len(change) == 1:
-            lengths = [len(state[n]) for n in block.unknowns if np.ndim(state[n]) > 0]
-            change = np.zeros(max(lengths, default=2) - 1)
+        moving = [state[n] for n in turns(plan, block) if np.ndim(state[n]) > 0]
+        if not moving:
+            return np.zeros(len(self.tau) - 1)
+        with np.errstate(invalid="ignore"):  # where an input has run away
+            steps = np.abs(np.diff(np.array(moving)))
+        change = np.max(steps, axis=0, where=np.isfinite(steps), initial=0.0)
         return np.where(self.tau[:-1] < until, change, 0.0) if len(change) == len(self.tau) - 1 else change
+
+
+def turns(plan: Plan, block: Block) -> list[int]:
+    """The block's unknowns that are parts of directions."""
+    return [n for n in block.unknowns if isinstance(plan.system.unknowns[n].payload, PoseCos | PoseSin)]
 
 
 def ended(path: Path, block: Block, gaps: list[Gap]) -> float:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray
+from movimentum.arrays import BoolArray, all_finite
 from movimentum.expressions import walk
 from movimentum.planning.blocks.kinds import (
     Assign,
@@ -27,11 +27,13 @@ from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.tracks import Choice, Gap, Path, StillTrack, Track
+from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, StillTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.kinds.assign import AssignKernel
 from movimentum.solver.kinds.context import Beginning, Found, Kernel
-from movimentum.solver.kinds.quadratic import AssignKernel, LinearKernel, QuadraticKernel
-from movimentum.solver.kinds.winding import WindingKernel
+from movimentum.solver.kinds.linear import LinearKernel
+from movimentum.solver.kinds.quadratic import QuadraticKernel
+from movimentum.solver.kinds.winding import WindingKernel, evaluate_together
 
 
 def _newton() -> Kernel[Any]:
@@ -98,7 +100,8 @@ def take(start: Beginning, block: Block, choice: Choice) -> None:
     KERNELS[type(block)].take(start, block, choice)
     fill_explicit(block, state, start.instants.clocks)
     for n in block.unknowns:
-        state[n] = state[n] * np.ones(2)
+        if np.shape(state[n]) != (2,):
+            state[n] = np.full(2, state[n])
 
 
 def first_track(path: Path, block: Block, choice: Choice) -> Track:
@@ -125,10 +128,30 @@ def evaluate(path: Path, block: Block, track: Track, state: State, instants: Ins
     failed = KERNELS[type(block)].evaluate(path, block, track, state, instants)
     fill_explicit(block, state, instants.clocks)
     for n in block.unknowns:
-        finite = np.isfinite(state[n])
-        if not finite.all():
-            failed = ~np.broadcast_to(finite, len(instants)) if failed is None else failed | ~finite
+        if not all_finite(state[n]):
+            lost = ~np.isfinite(state[n])
+            failed = np.broadcast_to(lost, len(instants)) if failed is None else failed | lost
     return None if failed is None else np.broadcast_to(failed, len(instants))
+
+
+def evaluate_each(
+    path: Path, numbers: Sequence[int], tracks: Sequence[Track], state: State, instants: Instants
+) -> BoolArray:
+    """`evaluate` the blocks ``numbers``, none of which reads another; returns the mask of instants at which one of them
+    has no solution. Many angles are found together.
+    """
+    blocks = path.plan.blocks
+    turns: list[tuple[Winding, AngleTrack]] = []
+    bad = np.zeros(len(instants), dtype=np.bool_)
+    for number in numbers:
+        block, track = blocks[number], tracks[number]
+        if isinstance(block, Winding) and isinstance(track, AngleTrack):
+            turns.append((block, track))
+            continue
+        failed = evaluate(path, block, track, state, instants)
+        if failed is not None:
+            bad |= failed
+    return bad | evaluate_together(turns, state, instants) if turns else bad
 
 
 def lifted(block: Block, lift: Lift) -> Block:

@@ -1,6 +1,4 @@
-"""Blocks in closed form: unknowns that are given as they stand, one solution of linear equations, and two of quadratic
-ones, told apart by a sign that changes where they meet.
-"""
+"""Quadratic blocks: two solutions, told apart by a sign that changes where they meet."""
 
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, add, const
-from movimentum.planning.blocks.kinds import Assign, Linear, Quadratic
+from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.planning.blocks.reduction import size_in_rounding
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.planning.plan import Plan
@@ -31,29 +29,6 @@ from movimentum.tolerances import (
     DISCRIMINANT_ZERO,
     LEAST_DIVISOR,
 )
-
-
-class AssignKernel(Kernel[Assign]):
-    """See `Kernel`; there is no core."""
-
-    def lifted(self, block: Assign, lift: Lift) -> dict[str, Any]:
-        """Nothing but what all blocks have."""
-        return {}
-
-
-class LinearKernel(Kernel[Linear]):
-    """See `Kernel`."""
-
-    def solve(self, block: Linear, state: State, clocks: Sequence[FloatArray], sign: Any) -> None:
-        """Set the core."""
-        for n, value in zip(block.core, closed_form.linear(block, state, clocks), strict=True):
-            state[n] = value
-
-    def lifted(self, block: Linear, lift: Lift) -> dict[str, Any]:
-        """The system of equations."""
-        entries = tuple(map(lift.formula, block.entries))
-        return {"entries": entries, "system": lift.code(entries)}
-
 
 NEARLY_ONE = 0.1
 """Of its unit: a squared distance of two centres that is never less does not come to zero between nodes."""

@@ -76,3 +76,27 @@ class WindingKernel(Kernel[Winding]):
         turned = np.interp(instants.tau, track.tau, track.angle)
         state[block.core[0]] = wound(principal(block, state, instants.clocks), turned)
         return None
+
+
+TOGETHER = 2**16
+"""So many angles are found by one call, for the memory that this takes."""
+
+
+def evaluate_together(turns: Sequence[tuple[Winding, AngleTrack]], state: State, instants: Instants) -> BoolArray:
+    """`WindingKernel.evaluate` for angles that do not depend on one another; returns where (F,) one of them is not
+    finite.
+    """
+    count = len(instants)
+    most = max(1, TOGETHER // max(count, 1))
+    bad = np.zeros(count, dtype=np.bool_)
+    for first in range(0, len(turns), most):
+        some = turns[first : first + most]
+        sines, cosines, guess = np.empty((3, len(some), count))
+        for i, (block, track) in enumerate(some):
+            sines[i], cosines[i] = block.direction(state, instants.clocks)
+            guess[i] = np.interp(instants.tau, track.tau, track.angle)
+        angles = wound(atan2d(sines, cosines), guess)
+        bad |= ~np.isfinite(angles).all(axis=0)
+        for (block, _), angle in zip(some, angles, strict=True):
+            state[block.core[0]] = angle
+    return bad

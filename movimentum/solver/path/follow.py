@@ -18,7 +18,7 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import ends_of, inside
-from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, ended
+from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, ended, turns
 from movimentum.solver.continuation.runaways import runaways, vanishing
 from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
 from movimentum.solver.kinds import kernels
@@ -46,12 +46,12 @@ def follow(
         piece.tracks.append(track)
         failed = _set_state(piece, grid, block)
         gaps += runaways(piece, block, places) + past_ends(piece, grid, block)
-        if block.moving and block.single_valued:
+        if block.moving and block.single_valued and failed is not None:
             gaps += undefined(piece, grid, block)
         until = ended(piece, block, gaps)  # beyond, what it depends on has no solution,
         if isinstance(track, NodeTrack):  # or it itself
             until = min(until, track.until)
-        while block.moving and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN):
+        while block.moving and turns(plan, block) and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN):
             if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
                 piece.tracks.pop()
                 track = kernels.follow(piece, grid, block, choice, gaps)

@@ -20,6 +20,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.cancellation import look
+from movimentum.planning.blocks.fused import Run
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
@@ -113,16 +114,15 @@ class Piece:
                 signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
             for item in plan.schedule(windings=True):
-                if isinstance(item, int):
-                    if not windings and item in self._idle_windings():
-                        continue
-                    failed = kernels.evaluate(self, plan.blocks[item], self.tracks[item], state, instants)
-                    if failed is not None:
-                        bad |= failed
-                else:
+                if isinstance(item, Run):
                     margin = item.function(state, instants.clocks, signs)
                     if margin is not None:
                         bad |= ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
+                    continue
+                numbers = (item,) if isinstance(item, int) else item.blocks
+                if not windings:
+                    numbers = [number for number in numbers if number not in self._idle_windings()]
+                bad |= kernels.evaluate_each(self, numbers, self.tracks, state, instants)
         return state, bad
 
     def _idle_windings(self) -> frozenset[int]:

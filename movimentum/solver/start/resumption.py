@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, first_of, wound
+from movimentum.arrays import FloatArray, all_finite, first_of, wound
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
 from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
@@ -74,13 +74,12 @@ class Branch:
     def of(piece: Piece, tau: float) -> Branch:
         """The branch at ``tau``, where the piece has a solution. (Two meet at the end of a path: a little before.)"""
         tau = max(piece.begin, tau - BRANCH_TOLD_BEFORE * (tau - piece.begin))
+        followed = [b for b, track in zip(piece.plan.blocks, piece.tracks, strict=True) if isinstance(track, NodeTrack)]
+        if not followed:  # signs and formulas tell it
+            return Branch(piece, tau, {})
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(np.array([tau])))
-        cores: dict[int, FloatArray] = {}
-        for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):
-            if isinstance(track, NodeTrack):
-                cores[block.number] = np.array([first_of(state[n]) for n in block.core])
-        return Branch(piece, tau, cores)
+        return Branch(piece, tau, {b.number: np.array([first_of(state[n]) for n in b.core]) for b in followed})
 
     def beyond(self, pole: Gap, length: float) -> list[Choice] | None:
         """What a path begins with at the end of ``pole``: what points at something that comes back from the other side
@@ -171,7 +170,7 @@ class Branch:
                 value = float(wound(value, first_of(self.before[block.unknowns[0]])))
             special = block.continued
             choice = Choice(values=(value,)) if special else Choice()
-        if not block.iterative and not all(np.isfinite(state[n]).all() for n in block.unknowns):
+        if not block.iterative and not all(all_finite(state[n]) for n in block.unknowns):
             return None
         if block.single_valued and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
             return None
