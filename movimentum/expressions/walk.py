@@ -45,8 +45,14 @@ def symbols(*roots: Expr) -> frozenset[Hashable]:
     return frozenset[Hashable]().union(*map(_symbols_below, roots))
 
 
+_NONE: frozenset[Hashable] = frozenset()
+
+
 def _symbols_below(root: Expr) -> frozenset[Hashable]:
     if root.symbols_below is None:
+        if not root.args:
+            root.symbols_below = frozenset((root.payload,)) if root.op == "symbol" else _NONE
+            return root.symbols_below
         found: set[Hashable] = set()
         seen: set[int] = set()
         stack = [root]

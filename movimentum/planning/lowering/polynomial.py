@@ -71,9 +71,15 @@ def degree(p: Polynomial, unknowns: Collection[int] | None = None) -> int:
 
 def from_expression(root: Expr) -> Polynomial | None:
     """``root`` as a polynomial in all its unknowns (symbols), or None where it is none."""
+    found = from_expressions(root)
+    return None if found is None else found[0]
+
+
+def from_expressions(*roots: Expr) -> list[Polynomial] | None:
+    """`from_expression` of all ``roots``, or None where one is none; what they share is looked at once."""
     forms: dict[Expr, Polynomial] = {}
     unknown: set[Expr] = set()  # nodes that depend on unknowns
-    for node in walk(root):
+    for node in walk(*roots):
         if node.op == "symbol":
             unknown.add(node)
             forms[node] = {(unknown_number(node.payload),): ONE}
@@ -99,7 +105,7 @@ def from_expression(root: Expr) -> Polynomial | None:
         if form is None:  # what it is part of is none either
             return None
         forms[node] = form
-    return forms[root]
+    return [forms[root] for root in roots]
 
 
 def to_expression(p: Polynomial) -> Expr:

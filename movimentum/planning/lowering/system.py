@@ -16,6 +16,7 @@ from movimentum.expressions import (
     add,
     call,
     mul,
+    neg,
     sub,
     symbol,
 )
@@ -134,7 +135,8 @@ def with_rigidity(system: System, driven: frozenset[int]) -> System:
             continue
         turn_cosine, turn_sine = builder.frames.get(t, DRAWN).turn_of(cosine, sine)
         norm = sub(add(mul(cosine, cosine), mul(sine, sine)), ONE)
-        builder.add_equation(norm, poly.from_expression(norm), None, t)
+        c, s = unknown_number(cosine.payload), unknown_number(sine.payload)
+        builder.add_equation(norm, {(c, c): ONE, (s, s): ONE, (): neg(ONE)}, None, t)
         angle = builder.unknown(ThingAngle(t), f"{thing.name}.angle")
         builder.equations.append(
             Equation(

@@ -194,10 +194,10 @@ def sparse_rows(residuals: Sequence[Expr], core: Sequence[int], clocks: Clocks) 
     constants: list[float] = []
     varying: list[int] = []
     moving: list[Expr] = []
-    for i, residual in enumerate(residuals):
-        form = poly.from_expression(residual)
-        if form is None:
-            return None
+    forms = poly.from_expressions(*residuals)
+    if forms is None:
+        return None
+    for i, form in enumerate(forms):
         for monomial, coefficient in poly.relative_to(form, place.keys()).items():
             if coefficient.value is None:
                 varying.append(len(rows))

@@ -28,7 +28,7 @@ def first_violation(piece: Piece, horizon: float) -> tuple[int, float] | None:
         return None
     with np.errstate(all="ignore"):
         instants = piece.instants(nodes)
-        state, _ = piece.evaluate(instants)
+        state, _ = piece.solve(instants)
         for i, function in enumerate(plan.selectors):
 
             def slack(tau: FloatArray, function: Compiled = function) -> FloatArray:
