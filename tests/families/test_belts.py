@@ -132,7 +132,8 @@ I : .disc({idle}) O = [250,{height}];
 def test_a_capstan_takes_up_as_many_rounds_as_its_hauler_goes(turns, fps):
     """The free end is led round a fixed drum; the load comes up by what is wound."""
     around = 170 * max(0, turns - 7)
-    motion = mv.loads(f"""W : .disc(25) O = [300,200];   Hand : .disc(3) P = [450,200];   L : .disc(5) P = [275,{-900 - around}];
+    motion = mv.loads(f"""W : .disc(25) O = [300,200];   Hand : .disc(3) P = [450,200];
+L : .disc(5) P = [275,{-900 - around}];
 @0 W.O = [300,200]; W.angle = 0; Hand.angle = 0; L.angle = 0;
    Hand.P = [300,200] + [150,0].r(-{360 * turns}*.t);   L.P.x = 275;   L.P.y < 200;
    .cord(L.P, W, Hand.P) = {1600 + around};

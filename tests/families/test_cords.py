@@ -115,7 +115,8 @@ def test_a_tackle_lifts_by_a_part_of_what_is_pulled(seed: int) -> None:
     text = "\n".join(
         [
             *lines,
-            f"Block : .bar P = [0,{low!r}] Q = [{scale!r},{low!r}]; Hand : .disc({scale!r}) P = [{way * right!r},{hand!r}];",
+            f"Block : .bar P = [0,{low!r}] Q = [{scale!r},{low!r}];",
+            f"Hand : .disc({scale!r}) P = [{way * right!r},{hand!r}];",
             f"@0 {' '.join(fixed)} Block.angle = 0; Hand.P = [{way * right!r}, {hand!r} - {30.0 * scale!r}*.t];",
             f"   .cord({start}, {', '.join(names)}, Hand.P) = {total!r};",
             "@3",

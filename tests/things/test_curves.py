@@ -29,6 +29,8 @@ def outline(text):
         ("A = [0,0] .polar(th, 100*.cos(th)) .range(-90, 90)", PI * 2500, 100 * PI),
         ("A = [0,0] .param(u, [80*.cos(u), 80*.sin(u)]) .range(0, 180)", PI * 3200, 80 * PI + 160),
         ("A = [0,0] .polar(a, 20 + a/9) .range(0, 360)", None, None),
+        ("A = [0,0] .param(u, [.max(-30, .min(30, 60*.cos(u))), .max(-30, .min(30, 60*.sin(u)))])", 3600, 240),
+        ("A = [0,0] .polar(th, 40) .range(0, 720)", None, 160 * PI),
         ("A = [9,9] .param(v, [v, { v : 0 > 30 : 20 > 60 : 0 }]) .range(0, 90)", None, 90 + 40 + 90),
     ],
 )
