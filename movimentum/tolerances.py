@@ -456,6 +456,9 @@ CUT_BESIDE = 1e-4
 that stands for the tool is off (2e-5), less than can be seen."""
 CUT_LINKED = 0.02
 """Of the size of what is cut: pieces of a profile whose ends are farther apart do not belong together."""
+CUT_CROSSED = 0.01
+"""Of the size of what is cut: a piece of a profile that was not cut off must be so much nearer to go on from one
+that was."""
 CUT_SMOOTH = 1e-6
 """Radians: where pieces of a profile meet at a smaller angle, there is no corner."""
 CUT_AS_NEAR = 1e-9

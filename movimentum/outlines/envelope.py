@@ -5,6 +5,10 @@ radians per time unit. A point of it belongs to the envelope where n·v = 0 (Lit
 Applied Theory*, chapter 6): one equation for the place on the outline, solved at every instant from exact rates, so
 each point is exact. Corners of outlines are arcs of no length (`outlines.contour`), so one equation does.
 
+At a point of the envelope the distance from the outline has no slope in time. Where it is largest there, the tool goes
+over the point just before and just after: where the envelope goes the other way than its place rises, as between the
+two cusps of a swallow's tail.
+
 Places are followed in time and make *runs*. Where the motion rests or changes its direction at once, the part of the
 outline that stood in front is a run of its own, a cap.
 """
@@ -44,7 +48,7 @@ JUST_BEFORE = Fraction(1, 10**12)
 class EnvelopeRun:
     """Points (M, 2) of the envelope in order, with the tool on the right: unit directions (M, 2) of the walk, the
     curvatures ``bend`` (M,) there (nan where they are not known), instants (M,), and the number of the branch that was
-    followed (caps: -1). ``backward``: the tool goes over it against the walk.
+    followed (caps: -1).
     """
 
     points: FloatArray
@@ -52,7 +56,6 @@ class EnvelopeRun:
     bend: FloatArray
     times: FloatArray
     branch: int
-    backward: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -80,7 +83,8 @@ def envelope(
         runs += cut.runs(strand)
     everything = [each for strand in strands for each in strand]
     moving = [each for each in everything if len(each.place)]
-    for before, after in itertools.pairwise(moving):
+    for k in cut.standing(moving):
+        before, after = moving[k], moving[k + 1]
         if cut.turns(before, after):
             runs += cut.caps(before, after)
     poses = np.stack([each.pose for each in everything], axis=-1) if everything else np.empty((10, 0))
@@ -273,21 +277,27 @@ class _Cut:
         forward = np.sum(np.diff(points, axis=0) * (along[1:] + along[:-1]), axis=1) > 0.0
         changes = np.nonzero(forward[1:] != forward[:-1])[0] + 1
         found: list[EnvelopeRun] = []
+        rising = bool(branch[0][0].rising[branch[0][1]])
         for begin, end in zip([0, *changes], [*changes, len(forward)], strict=True):
+            if bool(forward[begin]) != rising:
+                continue  # between two cusps the tool goes over it just before and just after
             part = slice(begin, end + 1)
             part = part if forward[begin] else slice(end, begin - 1 if begin else None, -1)
-            found.append(EnvelopeRun(points[part], along[part], bend[part], times[part], number, not forward[begin]))
+            found.append(EnvelopeRun(points[part], along[part], bend[part], times[part], number))
         return found
 
     # --- where it rests, or goes another way at once
 
+    def standing(self, moving: Sequence[_Instant]) -> list[int]:
+        """After which of these instants the pose is still the same in the next one."""
+        if not moving:
+            return []
+        x, y, c, s = np.diff(np.stack([each.pose[:4] for each in moving], axis=-1), axis=1)
+        off = np.hypot(x, y) + self.tool.size * np.hypot(c, s)
+        return [int(k) for k in np.nonzero(off <= CUT_ALONG * self.size)[0]]
+
     def turns(self, before: _Instant, after: _Instant) -> bool:
         """Whether the motion has another direction after an instant than before, at one pose."""
-        off = np.hypot(*(before.pose[:2] - after.pose[:2])) + self.tool.size * np.hypot(
-            *(before.pose[2:4] - after.pose[2:4])
-        )
-        if off > CUT_ALONG * self.size:
-            return False
         matched = self.pairs(before, after)
         if len(matched) < max(len(before.place), len(after.place)):
             return True
@@ -352,6 +362,8 @@ def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArra
     """Where the outline goes along itself, for velocities (3, N) in its frame: which of the N, the place, and whether
     it goes inwards before that place and outwards behind it, sorted by N and place.
     """
+    if tool.radius is not None and not inward[2].any():
+        return _roots_of_a_circle(tool, inward, moves)
     samples = tool.samples
     grid = samples[None, :]
     value = np.where(moves[:, None], _across(tool, grid, inward[:, :, None])[0], 1.0)
@@ -375,3 +387,13 @@ def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArra
         if done.all():
             break
     return number, place, rising
+
+
+def _roots_of_a_circle(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
+    """The same of a circle by its angle that does not turn: on both sides of its way."""
+    number = np.repeat(np.nonzero(moves)[0], 2)
+    ahead: FloatArray = np.degrees(np.arctan2(inward[1], inward[0]))[number]
+    rising = np.arange(len(number)) % 2 == 0
+    place = tool.inside(ahead + np.where(rising, 90.0, -90.0))
+    order = np.lexsort([place, number])
+    return number, place[order], rising[order]

@@ -59,10 +59,12 @@ def traced(x: Expr, y: Expr, first: float, last: float, *, closed: bool) -> Cont
     middles = [(a + b) / 2.0 for a, b in pairwise(bounds)]
     own = [(at_piece(x, m), at_piece(y, m)) for m in middles]
     _check(own, bounds)
-    closed_by_itself = len(own) == 1 and closed
-    if len(own) == 1 and _is_smooth(own[0], first, last, closed=closed_by_itself):
+    if len(own) == 1 and _is_smooth(own[0], first, last, closed=closed):
         return smooth(own[0], first, last, closed=closed)
-    return assembled([(position, a, b) for position, (a, b) in zip(own, pairwise(bounds), strict=True)], closed=closed)
+    pieces = [(position, a, b) for position, (a, b) in zip(own, pairwise(bounds), strict=True)]
+    size = _size([_ends(*each) for each in pieces])
+    moving = [each for each in pieces if not _stands(*each, size)]
+    return assembled(moving or pieces, closed=closed)
 
 
 Smooth: TypeAlias = "tuple[tuple[Expr, Expr], float, float]"
@@ -119,6 +121,12 @@ def there_and_back_along(own: Sequence[Smooth], reach: float = 0.0) -> Contour:
 def _size(ends: Sequence[FloatArray]) -> float:
     extents = [float(np.ptp(each[:, :2])) for each in ends]
     return max(LEAST_DIVISOR, *extents, *(abs(float(v)) for each in ends for v in each[:, :2].flat))
+
+
+def _stands(position: tuple[Expr, Expr], begin: float, end: float, size: float) -> bool:
+    """Whether all of a piece is one point."""
+    x, y = numeric(position)(np.linspace(begin, end, 9))
+    return float(max(np.ptp(x), np.ptp(y))) <= OUTLINE_CLOSES * size
 
 
 def _is_smooth(position: tuple[Expr, Expr], first: float, last: float, *, closed: bool) -> bool:

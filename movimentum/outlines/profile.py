@@ -21,6 +21,7 @@ from movimentum.tolerances import (
     CUT_ALONG,
     CUT_AS_NEAR,
     CUT_BESIDE,
+    CUT_CROSSED,
     CUT_CROSSES,
     CUT_EXACT,
     CUT_LINKED,
@@ -147,9 +148,11 @@ def _chain(stretches: list[_Stretch], size: float, outer: bool) -> tuple[list[_S
         return [whole], True
     firsts = np.array([each.first for each in stretches])
     lasts = np.array([each.last for each in stretches])
+    begun, ended = (np.array([each.over[k] for each in stretches]) for k in (0, 1))
+    apart = CUT_CROSSED * size  # what is cut off is crossed by what is cut off, and what is not goes on as another
     order = [start]
     while True:
-        off = np.hypot(*(firsts - lasts[order[-1]]).T)
+        off = np.hypot(*(firsts - lasts[order[-1]]).T) + apart * (begun != ended[order[-1]])
         off[order[1:]] = np.inf
         if len(order) == 1 and _extent(stretches[start]) <= 2.0 * off[start]:
             off[start] = np.inf
@@ -160,7 +163,7 @@ def _chain(stretches: list[_Stretch], size: float, outer: bool) -> tuple[list[_S
             return [stretches[k] for k in order], True
         order.append(best)
     while True:
-        off = np.hypot(*(lasts - firsts[order[0]]).T)
+        off = np.hypot(*(lasts - firsts[order[0]]).T) + apart * (ended != begun[order[0]])
         off[order] = np.inf
         best = _best(off, stretches)
         if off[best] > CUT_LINKED * size:
@@ -223,13 +226,13 @@ class _Cubic:
 
 
 def _met(chain: list[_Stretch], closed: bool, size: float) -> tuple[list[_Cubic], list[Corner]]:
-    """The stretches cut off where each crosses the next."""
+    """The stretches cut off where each crosses the next; one that is alone may cross itself, where its ends go on."""
     parts = [
         _Cubic(each.run.points, each.run.along, each.run.bend).some(slice(each.begin, each.end + 1)) for each in chain
     ]
     corners: list[Corner] = []
     count = len(chain)
-    for k in range(count if closed and count > 1 else count - 1):
+    for k in range(count if closed and (count > 1 or all(chain[0].over)) else count - 1):
         n = (k + 1) % count
         one, other = chain[k], chain[n]
         crossing = _crossing(parts[k], parts[n])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from itertools import repeat
@@ -294,6 +295,13 @@ class CurveReader:
         if outline.size <= 0.0 or len(drawn) < 2:
             message = "this curve is only a point"
             helps = ("a point of a thing is an anchor; something round is a `.disc(radius)`",)
+            self._findings.error("curve/points", message, node.span, helps=helps)
+            return None
+        away = drawn - drawn[0]
+        x, y = away[np.argmax(np.hypot(*away.T))]
+        if outline.closed and np.abs(away @ [-y, x]).max() <= OUTLINE_CLOSES * outline.size * math.hypot(x, y):
+            message = "this closed curve is straight, there and back: it encloses nothing"
+            helps = ("leave it open: `.open`, along one of the two ways",)
             self._findings.error("curve/points", message, node.span, helps=helps)
             return None
         return outline

@@ -8,12 +8,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, IntArray
 from movimentum.expressions import Expr, add, call, mul, sub, symbol
 from movimentum.memo import Memo
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.envelope import EnvelopeRun, envelope
-from movimentum.outlines.profile import Corner, Profile, profile
+from movimentum.outlines.profile import Profile, profile
 from movimentum.outlines.shapes import circle
 from movimentum.outlines.swept import SweptOutline, SweptOutlines
 from movimentum.planning.blocks.kinds import Free
@@ -31,15 +31,17 @@ from movimentum.solver.solver import solve
 from movimentum.solver.touched import connected
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
-from movimentum.tolerances import CUT_CURVED, CUT_WOULD_DO
+from movimentum.tolerances import CUT_ALONG, CUT_CURVED, CUT_WOULD_DO
 
 KEPT = 16
 """Scenes after which a profile that none of them has asked for is forgotten."""
 _PROFILES = Memo(KEPT)
 INSTANTS = 4000
 """Of a film at which curvatures are asked for, where a profile is undercut."""
-HALVED = 10
-"""How often the interval is halved in which the radius is that would do."""
+COARSE = 4
+"""One of so many of these stands for the others, where the way comes near itself."""
+CROSSING = 4.0
+"""Instants: where there is less room than the way between so many, the way crosses itself."""
 
 
 def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile]:
@@ -106,7 +108,7 @@ def _cut(
     first = min(made.corners, key=lambda corner: corner.time)
     x, y = frame.anchors[0].local
     place = x + first.place[0], y + first.place[1]
-    radius = cutting.radius(alone.radius, first) if isinstance(alone, Circle) else None
+    radius = cutting.radius(alone.radius) if isinstance(alone, Circle) else None
     farther = cutting.farther(tool, alone) if isinstance(alone, Contour) else None
     return CutProfile(turned, time=first.time, place=place, radius=radius, farther=farther)
 
@@ -195,27 +197,29 @@ class _Cutting:
 
     # --- what would do where it is undercut
 
-    def radius(self, radius: float, corner: Corner) -> float | None:
-        """The largest of a roller that leaves a profile which does not cross itself, as far as it is known."""
+    def radius(self, radius: float) -> float | None:
+        """The largest of a roller that goes the same way and leaves a profile which does not cross itself: where it
+        touches the profile it must reach no other place of the way of its centre.
+        """
         times = self._times()
         (x, y, _), (vx, vy, _), (ax, ay, _) = (self.course.rates(times, order) for order in range(3))
         with np.errstate(all="ignore"):
-            bend = (vx * ay - vy * ax) / np.hypot(vx, vy) ** 3
-        near = int(np.argmin(np.abs(np.array([float(t) for t in times]) - corner.time)))
-        side = math.copysign(1.0, vx[near] * (corner.place[1] - y[near]) - vy[near] * (corner.place[0] - x[near]))
-        most = float(np.nanmax(side * bend, initial=0.0))
-        high = min(radius, 1.0 / most if most > 1.0 / radius else radius) * CUT_WOULD_DO
-        if not self._crosses(high):
-            return high
-        low = 0.0
-        for _ in range(HALVED):
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if self._crosses(middle) else (middle, high)
-        return low or None
-
-    def _crosses(self, radius: float) -> bool:
-        made = self.profile([circle(radius)], radius)
-        return made is None or bool(made.corners)
+            speed = np.hypot(vx, vy)
+            bend = (vx * ay - vy * ax) / speed**3
+            points, normals = np.stack([x, y], axis=-1), np.stack([-vy, vx], axis=-1) / speed[:, None]
+        known = np.isfinite(points).all(axis=-1) & np.isfinite(normals).all(axis=-1) & np.isfinite(bend)
+        points, normals, bend = points[known], normals[known], bend[known]
+        inwards = math.copysign(1.0, float(np.nansum(x * vy - y * vx)))
+        # a smaller one may leave the edge at the frame's origin where this one goes over that
+        sides = (-inwards,) if self.outer else (inwards, -inwards)
+        room = 0.0
+        for side in sides:
+            most = max(1.0 / radius, float(np.max(side * bend)))
+            room = min(1.0 / most, _narrowest(points, side * normals)) * CUT_WOULD_DO
+            if room < float(np.hypot(*points.T).min()):
+                break
+        step = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+        return room if room > CROSSING * step else None
 
     def farther(self, tool: Thing, outline: Contour) -> float | None:
         """By how much a straight face must be farther away."""
@@ -240,3 +244,24 @@ class _Cutting:
     def _times(self) -> list[Fraction]:
         begin, end = self.parts[0][0], self.parts[-1][1]
         return [begin + (end - begin) * Fraction(2 * k + 1, 2 * INSTANTS) for k in range(INSTANTS)]
+
+
+def _narrowest(points: FloatArray, normals: FloatArray) -> float:
+    """The radius of the least circle that touches a way in one of these points (N, 2), on the side of its normal
+    (N, 2), and goes through another one.
+    """
+    least = CUT_ALONG * float(np.ptp(points, axis=0).max())
+
+    def rooms(some: IntArray, others: IntArray) -> FloatArray:
+        dx, dy = (points[others, axis] - points[some, axis, None] for axis in (0, 1))
+        ahead, square = dx * normals[some, 0, None] + dy * normals[some, 1, None], dx * dx + dy * dy
+        return np.where((ahead > 0.0) & (square > least * least), square, np.inf) / np.where(
+            ahead > 0.0, 2.0 * ahead, 1.0
+        )
+
+    coarse = np.arange(0, len(points), COARSE)
+    found = rooms(coarse, coarse)
+    one, other = np.unravel_index(int(np.argmin(found)), found.shape)
+    fine = (np.arange(COARSE * (k - 1), COARSE * (k + 1) + 1) for k in (int(one), int(other)))
+    some, others = (each[(each >= 0) & (each < len(points))] for each in fine)
+    return min(float(found[one, other]), float(rooms(some, others).min()))

@@ -185,6 +185,32 @@ Cam    : .cut Roller .in Shaft;
     assert all(item.code != "contact/undercut" for item in mv.loads(mended).diagnostics)
 
 
+@broad("seed", [4, 0, 1, *range(6, 30)], first=3)
+def test_the_radius_that_would_do_does_and_no_larger_one(seed: int) -> None:
+    """Of random laws; also where the way of the roller comes near itself elsewhere, and where the roller as drawn goes
+    over the shaft.
+    """
+    random = np.random.default_rng(seed)
+    scale = [1.0, 0.01, 30.0, 1000.0][seed % 4]
+    waves = [(round(random.uniform(8, 25), 3) / k * scale, k, round(random.uniform(0, 360), 2)) for k in (1, 2, 3, 4)]
+    lift = " + ".join(f"{a!r}*.sin({k}*w + {p})" for a, k, p in waves)
+    radius, offset = (random.uniform((25.0, -8.0), (60.0, 8.0)) * scale).tolist()
+
+    def told(size: float) -> list[float]:
+        script = mv.loads(f""".config(25, 300, 300);
+Shaft : .disc({8 * scale!r}) C = [0,0]; Roller : .disc({size!r}) C = [0,{80 * scale!r}]; Cam : .cut Roller .in Shaft;
+@0 Shaft.C = [0,0]; w = 90*.t; Shaft.angle = {(-1) ** seed}*w; Roller.C = [{offset!r}, {80 * scale!r} + {lift}];
+@4""")
+        helps = [item.helps[0] for item in script.diagnostics if item.code == "contact/undercut"]
+        return [float(each.split()[3]) for each in helps]
+
+    if not (found := told(radius)):
+        return  # this one does
+    assert told(found[0]) == []
+    for larger in (1.03, 1.1):  # a little larger one cuts away less than can be seen
+        assert told(found[0] * larger) == pytest.approx(found, rel=1e-3)
+
+
 def test_a_flat_face_that_comes_too_near() -> None:
     """The radius of curvature of the profile is 32 + 36 cos: at the least -4."""
     script = """

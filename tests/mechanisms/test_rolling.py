@@ -147,6 +147,14 @@ def test_a_circle_through_ten_thousand_points_is_one(tmp_path):
     assert motion["R.C.y"] == pytest.approx(100.0 + math.sqrt(46.0**2 - 9.0), abs=2e-9)
 
 
+def test_a_roller_on_a_circle_whose_parameter_stands_still_for_a_while():
+    motion = solved("""E : .curve C = [200,100] .param(u, [40,0].r({ u < 90 : 0; u < 180 : 4*(u - 90); 360 }));
+R : .disc(6) C = [200,190];
+@0 E.C = [200,100]; E.angle = 90*.t; R.C.x = 203; R.C.y > 100; .gap(R, E) = 0;
+@4""")
+    assert motion["R.C.y"] == pytest.approx(100.0 + math.sqrt(46.0**2 - 9.0), abs=1e-9)
+
+
 @pytest.mark.parametrize(("a", "b"), [(75.0, 64.95), (50.0, 20.0), (50.0, 5.0), (50.0, 1.0)])
 def test_lengths_of_an_ellipse_are_elliptic_integrals(a, b):
     def along(place):

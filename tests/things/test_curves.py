@@ -29,6 +29,8 @@ def outline(text):
         ("A = [0,0] .polar(th, 100*.cos(th)) .range(-90, 90)", PI * 2500, 100 * PI),
         ("A = [0,0] .param(u, [80*.cos(u), 80*.sin(u)]) .range(0, 180)", PI * 3200, 80 * PI + 160),
         ("A = [0,0] .polar(a, 20 + a/9) .range(0, 360)", None, None),
+        ("A = [0,0] .param(u, [.max(-30, .min(30, 60*.cos(u))), .max(-30, .min(30, 60*.sin(u)))])", 3600, 240),
+        ("A = [0,0] .polar(th, 40) .range(0, 720)", None, 160 * PI),
         ("A = [9,9] .param(v, [v, { v : 0 > 30 : 20 > 60 : 0 }]) .range(0, 90)", None, 90 + 40 + 90),
     ],
 )
@@ -134,6 +136,9 @@ def test_the_path_of_a_drawing(tmp_path):
         ("A = [0,0] .polar(th, 0*th)", "curve/points"),
         ("A = [0,0] .through([0,0], [1,1])", "curve/points"),
         ("A = [0,0] .through([0,0], [1,1], [1,1]) .open", "curve/points"),
+        ("A = [0,0] .param(u, [u, u/2])", "curve/points"),
+        ("A = [0,0] .param(u, [40*.cos(u), 20*.cos(u)])", "curve/points"),
+        ("A = [0,0] .through([-40,0], [40,0], [0,0])", "curve/points"),
         ("A = [0,0] .polar(th, 40) .range(5, 5)", "kind/out-of-range"),
         ("A = [0,0] .through([0,0], [1,1]) .range(0, 1) .open", "syntax/misplaced-option"),
     ],

@@ -16,6 +16,7 @@ there is no solution.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Hashable, Iterable, Sequence
 from fractions import Fraction
 
@@ -78,9 +79,9 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
     place = 0
     while place < len(instants):
         number = timeline.segment_at(instants[place])
-        end = place
-        while end < len(instants) and end - place < BATCH and timeline.segment_at(instants[end]) == number:
-            end += 1
+        end = min(place + BATCH, len(instants))
+        if number + 1 < len(timeline.segments):
+            end = bisect_left(instants, timeline.segments[number + 1].start, place, end)
         ahead = True
         segment, earlier = timeline.segments[number], timeline.segments[max(number - 1, 0)]
         if number > 0 and segment.start == segment.end and segment.active == earlier.active:
