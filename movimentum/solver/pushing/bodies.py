@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.outlines.parts import KINDS
 from movimentum.outlines.skin import gathered
-from movimentum.outlines.touching import KINDS, Places, circles
+from movimentum.outlines.touching import Places, circles
 from movimentum.planning.blocks.push_rows import GapRow
 
 FEW_PAIRS = 20_000

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.outlines.touching import KINDS, KNOBS, Places, Touch
+from movimentum.outlines.parts import KINDS, KNOBS
+from movimentum.outlines.touching import Places, Touch
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
@@ -27,7 +28,7 @@ TIPS = KINDS.index((KNOBS, KNOBS))
 
 class PartPair(NamedTuple):
     """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both outlines, as
-    ``kind`` says (see `outlines.touching`), by their places among all parts of that kind.
+    ``kind`` says (see `outlines.parts`), by their places among all parts of that kind.
     """
 
     gap: int
@@ -279,7 +280,8 @@ _Side = tuple[IntArray, tuple[tuple[IntArray, IntArray], ...]]
 class _Chosen:
     """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
     these ``pairs``, ready to be ``measured``. ``sides``: of each side the bodies (M,); and places among (k, n + q)
-    slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of outlines tell all values.
+    slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of
+    outlines tell all values.
     """
 
     push: IntArray
