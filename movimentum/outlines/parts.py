@@ -26,7 +26,7 @@ Measure = Callable[[FloatArray, FloatArray], Found]
 """Of the poses (4, F, M) of those that have the first of two parts, and of those that have the second."""
 
 
-def in_pose(pose: Pose, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+def in_pose(pose: Pose | FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Where places of a thing's own are, in its pose."""
     px, py, c, s = pose
     return px + c * x - s * y, py + s * x + c * y
@@ -46,7 +46,7 @@ class Fan:
         self.round = self.half >= math.pi
         self.all_round, self.some_round = bool(self.round.all()), bool(self.round.any())
 
-    def inside(self, pose: Pose, dx: FloatArray, dy: FloatArray) -> FloatArray:
+    def inside(self, pose: Pose | FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
         """For directions (dx, dy), with the parts in these poses."""
         if self.all_round:
             return np.full(dx.shape, math.pi)
