@@ -15,7 +15,7 @@ from movimentum.outlines.skin import Bends, Skin
 from movimentum.tolerances import BENDS_MET, LEAST_DIVISOR, PLACE_FOUND, PLACES_MEET
 
 
-class _Place(NamedTuple):
+class _OnBend(NamedTuple):
     """Of N places with curves: (N,), (N,), (N,), (N, 2) and (N, 2); see `touching.Touch`."""
 
     value: FloatArray
@@ -35,7 +35,7 @@ def _fan(part: FloatArray, pose: Pose, dx: FloatArray, dy: FloatArray) -> FloatA
 
 
 def curved(
-    measured: Callable[[Skin, Pose, Pose, IntArray, IntArray], _Place],
+    measured: Callable[[Skin, Pose, Pose, IntArray, IntArray], _OnBend],
 ) -> Callable[[Skin, IntArray, IntArray, IntArray], Measure]:
     """Of N places, as one of M pairs in F poses."""
 
@@ -56,7 +56,7 @@ def curved(
 _Ahead = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArray], _Place], count: int) -> _Place:
+def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArray], _OnBend], count: int) -> _OnBend:
     """``work`` for the bends of each contour among ``j``: with their numbers, and their places in j."""
     value, along, fan = np.full(count, np.inf), np.full(count, -np.inf), np.full(count, -np.inf)
     point, normal = np.zeros((count, 2)), np.zeros((count, 2))
@@ -69,7 +69,7 @@ def _per_curve(skin: Skin, j: IntArray, work: Callable[[Bends, IntArray, IntArra
         found = work(bend, j[places] - begin, places)
         value[places], along[places], fan[places] = found.value, found.along, found.fan
         point[places], normal[places] = found.point, found.normal
-    return _Place(value, along, fan, point, normal)
+    return _OnBend(value, along, fan, point, normal)
 
 
 def _root(bend: Bends, k: IntArray, ahead: _Ahead) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -131,8 +131,8 @@ def _along_from(x: FloatArray, y: FloatArray) -> _Ahead:
     return ahead
 
 
-def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Place:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> _Place:
+def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _OnBend:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _OnBend:
         knob, mine, their = skin.knobs[i[places]], _some(pose, places), _some(there, places)
         wx, wy = in_pose(mine, knob[:, 0], knob[:, 1])
         x, y = in_frame(their, wx, wy)
@@ -142,13 +142,13 @@ def _knob_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         value = nx * (x - px) + ny * (y - py) - knob[:, 2] - bend.reach
         c, s = their[2:]
         dx, dy = c * nx - s * ny, s * nx + c * ny
-        return _Place(value, slack, _fan(knob, mine, -dx, -dy), np.stack([wx, wy], 1), np.stack([dx, dy], 1))
+        return _OnBend(value, slack, _fan(knob, mine, -dx, -dy), np.stack([wx, wy], 1), np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Place:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> _Place:
+def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _OnBend:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _OnBend:
         edge, mine, their = skin.edges[i[places]], _some(pose, places), _some(there, places)
         px, py = in_frame(their, *in_pose(mine, edge[:, 0], edge[:, 1]))
         qx, qy = in_frame(their, *in_pose(mine, edge[:, 2], edge[:, 3]))
@@ -171,13 +171,13 @@ def _edge_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         dx, dy = -(c * ex - sine * ey), -(sine * ex + c * ey)
         point = np.stack(in_pose(their, x, y), 1)
         along = np.minimum(np.minimum(s, length - s), np.where(slack >= 0.0, np.inf, slack * length))
-        return _Place(value, along, np.where(faces, np.inf, -np.inf), point, np.stack([dx, dy], 1))
+        return _OnBend(value, along, np.where(faces, np.inf, -np.inf), point, np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Place:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> _Place:
+def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _OnBend:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _OnBend:
         bowl, mine, their = skin.bowls[i[places]], _some(pose, places), _some(there, places)
         cx, cy = in_frame(their, *in_pose(mine, bowl[:, 0], bowl[:, 1]))
 
@@ -190,14 +190,14 @@ def _bowl_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
         fits = (nx * ux + ny * uy > 0.0) & _bulges(bend, at)
         fan = np.where(fits, _fan(bowl, mine, dx, dy), -np.inf)
         point = np.stack(in_pose(their, x, y), 1)
-        return _Place(bowl[:, 2] - far - bend.reach, slack, fan, point, np.stack([dx, dy], 1))
+        return _OnBend(bowl[:, 2] - far - bend.reach, slack, fan, point, np.stack([dx, dy], 1))
 
     return _per_curve(skin, j, work, len(i))
 
 
-def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _Place:
-    def work(bend: Bends, k: IntArray, places: IntArray) -> _Place:
-        def inner(mine: Bends, m: IntArray, own: IntArray) -> _Place:
+def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) -> _OnBend:
+    def work(bend: Bends, k: IntArray, places: IntArray) -> _OnBend:
+        def inner(mine: Bends, m: IntArray, own: IntArray) -> _OnBend:
             some = places[own]
             return _two_bends(mine, m, _some(pose, some), bend, k[own], _some(there, some))
 
@@ -206,7 +206,7 @@ def _bend_bend(skin: Skin, pose: Pose, there: Pose, i: IntArray, j: IntArray) ->
     return _per_curve(skin, j, work, len(i))
 
 
-def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, there: Pose) -> _Place:
+def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, there: Pose) -> _OnBend:
     """By Newton's method from the middle of both."""
     u, v = 0.5 * (one.first[i] + one.last[i]), 0.5 * (other.first[j] + other.last[j])
     wide, far = one.last[i] - one.first[i], other.last[j] - other.first[j]
@@ -233,7 +233,7 @@ def _two_bends(one: Bends, i: IntArray, pose: Pose, other: Bends, j: IntArray, t
     met = (moved <= PLACES_MEET) & (nx * mx + ny * my < 0.0)
     wx, wy = in_pose(pose, x, y)
     dx, dy = -(pose[2] * nx - pose[3] * ny), -(pose[3] * nx + pose[2] * ny)
-    return _Place(
+    return _OnBend(
         value,
         inside * wide * speed,
         np.where(met, np.inf, -np.inf),

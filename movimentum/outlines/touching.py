@@ -46,7 +46,7 @@ class Touch:
         return (self.along >= -within) & (self.fan >= -OUTLINE_FAN)
 
 
-class Places:
+class MeetingPlaces:
     """M pairs of parts ``i`` and ``j`` of the ``skin`` of many bodies, as their ``kind`` says (see `KINDS`; in order),
     of the bodies ``first`` and ``second``: all that does not depend on where these are.
     """

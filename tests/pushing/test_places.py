@@ -13,7 +13,7 @@ from movimentum.outlines.moments import contour_moments, disc_moments, summed
 from movimentum.outlines.parts import BOWLS, EDGES, KINDS, KNOBS
 from movimentum.outlines.shapes import circle
 from movimentum.outlines.skin import Skin
-from movimentum.outlines.touching import Places
+from movimentum.outlines.touching import MeetingPlaces
 
 PARTS = Skin(
     np.array([[1.0, 2.0, 0.5, 0.3, 1.0], [-1.0, 0.5, 0.25, 2.0, math.pi]]),
@@ -42,9 +42,9 @@ def every() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return kind, i, j
 
 
-def places() -> Places:
+def places() -> MeetingPlaces:
     kind, i, j = every()
-    return Places(PARTS, kind, i, j, np.zeros_like(kind), np.ones_like(kind))
+    return MeetingPlaces(PARTS, kind, i, j, np.zeros_like(kind), np.ones_like(kind))
 
 
 def in_world(pose: FloatArray, x: float, y: float) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.parts import KINDS, KNOBS
-from movimentum.outlines.touching import Places, Touch
+from movimentum.outlines.touching import MeetingPlaces, Touch
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
@@ -287,6 +287,6 @@ class _Chosen:
     push: IntArray
     places: IntArray
     pairs: Pairs
-    measured: Places | None
+    measured: MeetingPlaces | None
     sides: tuple[_Side, _Side]
     posed: bool
