@@ -1044,6 +1044,8 @@ PUSH_NEARLY = 1e-7
 """Relative residual below which the slopes of the step before will do to come back onto the equations."""
 PUSH_INDEPENDENT = 1e4
 """What the inverse of the products of rows of unit length may hold at most, if these are clearly independent."""
+PUSH_MIXED = 1e-8
+"""Of the largest singular value: changes of what was tried in a step that depend on each other."""
 PUSH_RANK = 1e-13
 """Of the largest singular value: inequalities that depend on each other."""
 PUSH_SLOPE = 1e-11

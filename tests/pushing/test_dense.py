@@ -18,9 +18,11 @@ from movimentum.solver.pushing.dense import (
     basis,
     falls,
     finely,
+    kink,
     series,
     smooth,
 )
+from movimentum.solver.pushing.strides import Mixing
 
 CLOSED = 1e-9
 
@@ -76,3 +78,48 @@ def test_what_hardly_touches_and_goes_is_nothing() -> None:
     assert zeros(lambda w: w * w) == []
     found, *_ = zeros(lambda w: -(w**2))  # from zero on: at the beginning
     assert found == pytest.approx(0.0, abs=1e-4)
+
+
+# --- kinks
+
+
+@pytest.mark.parametrize("interval", range(DEGREE))
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_a_kink_is_between_two_instants(interval: int, share: float, size: float) -> None:
+    at = float(SHARES[interval] + share * (SHARES[interval + 1] - SHARES[interval]))
+    values = size * (0.02 * np.exp(-SHARES) + np.maximum(SHARES - at, 0.0))
+    found = kink(np.stack([values, np.ones_like(values)], axis=1))
+    assert found == (SHARES[interval], SHARES[interval + 1])
+
+
+@pytest.mark.parametrize("interval", range(DEGREE))
+@pytest.mark.parametrize("bent", [np.exp, np.sinh])
+def test_a_slight_kink_is_not_looked_for_elsewhere(interval: int, bent: Callable[[FloatArray], FloatArray]) -> None:
+    at = 0.5 * float(SHARES[interval] + SHARES[interval + 1])
+    for size in (1e-3, 1e-2, 0.1, 1.0, 10.0):
+        found = kink((bent(3.0 * SHARES) + size * np.maximum(SHARES - at, 0.0))[:, None])
+        assert found is None or found == (SHARES[interval], SHARES[interval + 1])
+
+
+@pytest.mark.parametrize("rate", [0.1, 1.0, 3.0, 6.0])
+def test_what_is_smooth_has_no_kink(rate: float) -> None:
+    for values in (np.exp(rate * SHARES), np.exp(-rate * SHARES), np.sin(rate * SHARES), SHARES**3):
+        assert kink(values[:, None]) is None
+
+
+# --- what is tried next
+
+
+@pytest.mark.parametrize("rate", [0.5, 2.0, 5.0, 8.0])
+def test_a_decay_is_found_in_few_rounds(rate: float) -> None:
+    def next_one(x: FloatArray) -> FloatArray:
+        return 1.0 - rate * (INTEGRALS @ x)
+
+    truth = np.linalg.solve(np.eye(DEGREE + 1) + rate * INTEGRALS, np.ones((DEGREE + 1, 1)))
+    mixed, x, plain = Mixing(np.ones(1)), np.ones((DEGREE + 1, 1)), np.ones((DEGREE + 1, 1))
+    for _ in range(11):
+        x, plain = mixed.next(x, next_one(x)), next_one(plain)
+    off, plainly = np.abs(x - truth).max(), np.abs(plain - truth).max()
+    assert off < 1e-4
+    assert off < 0.2 * plainly

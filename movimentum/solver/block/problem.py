@@ -63,11 +63,12 @@ class BlockProblem:
 
     def at(self, places: NDArray[np.int64], count: int) -> BlockProblem:
         """Some of ``count`` instants."""
-        inputs = {
-            n: value if np.ndim(value) == 0 else np.broadcast_to(value, count)[places]
-            for n, value in self.inputs.items()
-        }
-        clocks = [np.broadcast_to(clock, count)[places] for clock in self.clocks]
+
+        def some(value: FloatArray) -> FloatArray:
+            return value[places] if len(value) == count else np.broadcast_to(value, count)[places]
+
+        inputs = {n: value if np.ndim(value) == 0 else some(value) for n, value in self.inputs.items()}
+        clocks = [some(np.atleast_1d(clock)) for clock in self.clocks]
         scale = self.scale if self.scale.ndim == 1 else self.scale[places]
         return replace(self, inputs=inputs, clocks=clocks, scale=scale)
 

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.outlines.parts import KINDS
 from movimentum.outlines.skin import gathered
-from movimentum.outlines.touching import KINDS, Places, circles
+from movimentum.outlines.touching import MeetingPlaces, circles
 from movimentum.planning.blocks.push_rows import GapRow
 
 FEW_PAIRS = 20_000
@@ -165,10 +166,10 @@ class Bodies:
 
     # --- how far apart
 
-    def places(self, pairs: Pairs) -> Places:
+    def places(self, pairs: Pairs) -> MeetingPlaces:
         """M pairs whose kinds are in order, made ready to be measured in any poses."""
         first, second = self.first[pairs.gap], self.second[pairs.gap]
-        return Places(self.skin, pairs.kind, pairs.i, pairs.j, first, second)
+        return MeetingPlaces(self.skin, pairs.kind, pairs.i, pairs.j, first, second)
 
 
 def _products(

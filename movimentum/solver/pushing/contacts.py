@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.outlines.touching import KINDS, KNOBS, Places, Touch
+from movimentum.outlines.parts import KINDS, KNOBS
+from movimentum.outlines.touching import MeetingPlaces, Touch
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
@@ -27,7 +28,7 @@ TIPS = KINDS.index((KNOBS, KNOBS))
 
 class PartPair(NamedTuple):
     """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both outlines, as
-    ``kind`` says (see `outlines.touching`), by their places among all parts of that kind.
+    ``kind`` says (see `outlines.parts`), by their places among all parts of that kind.
     """
 
     gap: int
@@ -286,6 +287,6 @@ class _Chosen:
     push: IntArray
     places: IntArray
     pairs: Pairs
-    measured: Places | None
+    measured: MeetingPlaces | None
     sides: tuple[_Side, _Side]
     posed: bool

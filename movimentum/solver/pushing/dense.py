@@ -14,7 +14,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.pushing.together import StepInstants
-from movimentum.tolerances import PUSH_BRUSHES, PUSH_DENSE_TIME
+from movimentum.tolerances import LEAST_DIVISOR, PUSH_BRUSHES, PUSH_DENSE_TIME, PUSH_LOOK
 
 DEGREE = 12
 LOOKS = 96
@@ -145,13 +145,15 @@ def kink(values: FloatArray) -> Kink | None:
     one is suddenly far off.
     """
     on, back = (np.max(np.abs(rows @ values), axis=1) for rows in (_AHEAD, _BACK))
-    for k in range(1, len(on)):  # of the value with the number RUN + k
-        if on[k] > SHARP * np.max(on[:k]):
-            return Kink(float(SHARES[RUN + k - 1]), float(SHARES[RUN + k]))
-    for k in reversed(range(len(back) - 1)):
-        if back[k] > SHARP * np.max(back[k + 1 :]):
-            return Kink(float(SHARES[k]), float(SHARES[k + 1]))
-    return None
+    rounding = PUSH_LOOK * float(np.max(np.ptp(values, axis=0))) / SHARP
+    before = np.maximum(np.maximum.accumulate(on)[:-1], max(rounding, LEAST_DIVISOR))
+    behind = np.maximum(np.maximum.accumulate(back[::-1])[::-1][1:], max(rounding, LEAST_DIVISOR))
+    jumps = np.concatenate([back[:-1] / behind, on[1:] / before])
+    k = int(np.argmax(jumps))
+    if not jumps[k] > SHARP:
+        return None
+    first = k if k < len(behind) else k - len(behind) + RUN
+    return Kink(float(SHARES[first]), float(SHARES[first + 1]))
 
 
 def times_of(t0: float, h: float) -> FloatArray:

@@ -26,6 +26,7 @@ from movimentum.tolerances import (
     PUSH_DENSE,
     PUSH_DENSE_PULLED,
     PUSH_GUESS,
+    PUSH_MIXED,
     RESTORED,
     SHORTEST_PATH_STEP,
     STRIDE_NOT_LEFT,
@@ -48,7 +49,6 @@ LOST = 0.3
 """The same where velocities and poses do not come to agree."""
 MIXED = 4
 """So many poses that were tried before have a part in the next one."""
-MIXED_RANK = 1e-8
 SLOW = 10
 """Rounds: a step that takes more is followed by none that is longer."""
 
@@ -69,7 +69,7 @@ class Mixing:
         if len(off) < 2:
             return found
         changes = np.stack([off[-1] - each for each in off[:-1]], axis=1)
-        shares = np.asarray(np.linalg.lstsq(changes, off[-1], rcond=MIXED_RANK)[0], dtype=np.float64)
+        shares = np.asarray(np.linalg.lstsq(changes, off[-1], rcond=PUSH_MIXED)[0], dtype=np.float64)
         if not np.isfinite(shares).all():
             return found
         return found - sum(
