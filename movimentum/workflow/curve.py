@@ -32,8 +32,9 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     """
     from movimentum.proving.balls import NoBall, as_float, over
     from movimentum.proving.curve import Late, curve_of
+    from movimentum.proving.film import lowered
     from movimentum.proving.rings import TooMuch
-    from movimentum.proving.stretches import chain_of, lowered
+    from movimentum.proving.stretches import chain_of
     from movimentum.proving.tower import NotAlgebraic
     from movimentum.scene.model import AnchorCoordinate
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from movimentum.certifying.bounds import BoundVerdict
 from movimentum.certifying.certificate import Certificate, certificate
-from movimentum.certifying.tubes import BoundVerdict
 from movimentum.certifying.wording import as_data, certificate_diagnostics
 from movimentum.settings import Accuracy
 from movimentum.solver.accuracy.refinement import refined

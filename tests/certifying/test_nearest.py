@@ -12,7 +12,7 @@ from movimentum.certifying.forms import TimeForm
 from movimentum.certifying.nearest import nearest_place
 from movimentum.expressions import walk
 from movimentum.outlines.nearest import Nearest
-from movimentum.proving.stretches import lowered
+from movimentum.proving.film import lowered
 from movimentum.query import reader
 from tests.broad import broad
 from tests.certifying.test_certificates import film
