@@ -118,6 +118,27 @@ def test_one_name_stands_for_one_class() -> None:
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
+def given_twice(tree: ast.Module) -> list[str]:
+    """The names that a module gives a value twice, or to a function and a value: the first is lost."""
+    found: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.append(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                found += [each.id for each in ast.walk(target) if isinstance(each, ast.Name)]
+    return sorted({name for name in found if found.count(name) > 1})
+
+
+def test_no_module_gives_one_name_twice() -> None:
+    twice = {name: names for name, (_, tree) in modules("movimentum").items() if (names := given_twice(tree))}
+    assert twice == {}
+
+
+def test_a_name_that_is_given_twice_is_found() -> None:
+    assert given_twice(ast.parse("FAR = 1\nNEAR, FAR = 2, 3\nA: int = 4")) == ["FAR"]
+
+
 def small_numbers(tree: ast.Module) -> list[int]:
     """The lines with a number that can only be a tolerance: not zero, and at most a thousandth."""
     return [

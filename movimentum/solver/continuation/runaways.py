@@ -176,7 +176,7 @@ def _values(path: Path, block: Block, unknowns: Sequence[int], tau: FloatArray) 
     return [np.where(inside, np.broadcast_to(state[n], len(tau)), np.nan) for n in unknowns]
 
 
-NEAR, FAR = 16.0, 256.0
+INNER, OUTER = 16.0, 256.0
 """Widths of the finest interval at which the growth is measured: there the place of the pole is known well enough."""
 LEAST_POWER = 0.97
 MOST = 64
@@ -196,13 +196,13 @@ def first_pole(path: Path, block: Integral, low: FloatArray, high: FloatArray) -
         # beside the pole itself quadrature may happen to settle, by symmetry
         place = _steepest(path, block, max(path.begin, a - 2.0 * width), min(path.end, b + 2.0 * width))
         side = 1.0 if path.end - place > place - path.begin else -1.0  # where there is more of the film
-        at = place + side * width * np.array([NEAR, 2.0 * NEAR, FAR, 2.0 * FAR])
+        at = place + side * width * np.array([INNER, 2.0 * INNER, OUTER, 2.0 * OUTER])
         one, two, three, four = _integrand(path, block, at)
         near, far = abs(one - two), abs(three - four)  # differences know nothing of what is added to the pole
         if not (near > 0.0 and far > 0.0 and np.isfinite(near)):
             continue
-        grows = np.log(near / far) / np.log(FAR / NEAR) > LEAST_POWER
-        if grows and _steady(_integrand(path, block, place + side * width * np.geomspace(NEAR, FAR, STEPS))):
+        grows = np.log(near / far) / np.log(OUTER / INNER) > LEAST_POWER
+        if grows and _steady(_integrand(path, block, place + side * width * np.geomspace(INNER, OUTER, STEPS))):
             return place
     return None
 
