@@ -23,7 +23,7 @@ img { border: 1px solid #bbb } pre { background: #f4f4f4; padding: 1em }
 """
 
 
-MANIFEST = "check.json"
+MANIFEST = "pictures.json"
 """Names the pictures beside a page, so that the next page removes these and no others."""
 _OURS = re.compile(r"frame-\d{5,9}-(expected|actual|difference)\.png")
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Severity, insertion
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
@@ -231,6 +232,7 @@ def _largest(poses: Poses, i: int, k: int, things: list[Thing], size: float) -> 
 
 
 def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
+    look()
     t = thing.number
     if not (poses.visible[t, i] and poses.visible[t, k]):
         switched = (t, "visible") in poses.properties  # which is at once wherever it is

@@ -114,6 +114,7 @@ class Piece:
                 signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
             for item in plan.schedule(windings=True):
+                look()
                 if isinstance(item, Run):
                     margin = item.function(state, instants.clocks, signs)
                     if margin is not None:
