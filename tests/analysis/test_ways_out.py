@@ -61,7 +61,7 @@ def test_a_word_behind_a_statement_is_an_option_that_there_is_not(statement: str
     assert "leave it out" in error.helps
 
 
-@pytest.mark.parametrize("speed", [90, -35])
+@broad("speed", [90, -35], first=1)
 @pytest.mark.parametrize("stated", ["Rod.angle = 0;", "Rod.A.y = 100;", "Rod.angle = Crank.angle;"])
 def test_no_length_ends_what_contradicts_only_later(speed, stated):
     """They agree at first: another length would make them agree at one other moment."""

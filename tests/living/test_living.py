@@ -14,6 +14,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.living.scene import is_live
+from tests.broad import broad
 from tests.command import ROOT, movimentum
 
 SCRIPTS = ROOT / "scripts"
@@ -129,7 +130,7 @@ Arm : .bar O = [300,100] P = O + [40,0].r(f);
 """
 
 
-@pytest.mark.parametrize(
+@broad(
     ("given", "fits"),
     [
         ({}, True),
@@ -138,6 +139,7 @@ Arm : .bar O = [300,100] P = O + [40,0].r(f);
         ({"h": 40.19}, True), ({"h": 40.21}, False), ({"h": -40.0}, False),
         ({"x": 1.0}, True), ({"x": 1.001}, False),
     ],
+    every=4,
 )  # fmt: skip
 def test_what_solve_refuses_before_it_begins_binds(given, fits):
     """Gears that are too far apart for their teeth, and constants that have no value."""

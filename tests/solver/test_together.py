@@ -16,6 +16,7 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.solver import solve
+from tests.broad import broad
 from tests.engine.families import dyads, four_bars
 from tests.understand import timeline_of
 
@@ -38,7 +39,7 @@ def test_angles_together_are_those_found_one_by_one(text: str, count: int) -> No
 
 @pytest.mark.parametrize("pinned", [False, True])
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("shape", [(), (3,), (2, 4)])
+@broad("shape", [(2, 4), (3,), ()], first=1)
 def test_eliminated_unknowns_are_what_their_formulas_say(order: int, shape: tuple[int, ...], pinned: bool) -> None:
     """To the last bit, for numbers and arrays: they are the unknowns of rods, in those of their joints."""
     text = linkage_script(transformable(order), "tiling")
