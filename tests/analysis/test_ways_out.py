@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 KEPT = """A:.bar O=[10,10] P=[40,10];
 @0 A.O = [10,10]; A.angle = 0; A.P.x < 60;
