@@ -190,11 +190,6 @@ class PhaseStep:
         tau = narrowed(nearly, low, high, width)[2]
         if not low[0] < tau - width < tau < high[0]:
             return tau
-        now, aside = truly(tau), PUSH_LOOK * self.h
-        before, after = nearly(np.array([tau - aside, tau + aside])).tolist()
-        aim = tau - now * 2.0 * aside / (after - before) + 0.5 * width if after < before else np.inf
-        if abs(aim - tau) <= aside and low[0] < aim < high[0] and truly(aim) < 0.0:
-            return aim
         first, last = truly(tau - width), truly(tau)
         if first >= 0.0 > last:
             return tau
