@@ -18,7 +18,7 @@ def first_of(value: Any) -> float:
     return float(value) if isinstance(value, float) else float(np.asarray(value).item(0))
 
 
-def all_finite(value: Any) -> bool:
+def finite_throughout(value: Any) -> bool:
     """Whether a number is finite, or all of an array of any shape are. Called where NumPy ignores what overflows."""
     if isinstance(value, float):
         return math.isfinite(value)

@@ -70,14 +70,12 @@ def contour_moments(contour: Contour) -> Moments:
     """Those of what a contour goes round, or of a line."""
     points = contour.points(contour.samples)
     if contour.doubled or not contour.closed:
-        half = len(points) // 2 + 1 if contour.doubled else len(points)
         line = points
         if contour.doubled:  # there and back
             edge = contour.points(np.array(contour.breaks)) if contour.straight else points
             keep = np.append(True, np.hypot(*np.diff(edge, axis=0).T) > OUTLINE_CLOSES * contour.size)
             edge = edge[keep]
-            half = len(edge) // 2 + 1
-            line = edge[:half]
+            line = edge[: len(edge) // 2 + 1]
         return line_moments(line, 2.0 * contour.reach)
     x, y = (points - points[0]).T
     cross = x[:-1] * y[1:] - x[1:] * y[:-1]

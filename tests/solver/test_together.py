@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.penrose import transformable
-from movimentum.arrays import all_finite
+from movimentum.arrays import finite_throughout
 from movimentum.expressions import ZERO
 from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free, Winding
@@ -76,14 +76,14 @@ def test_what_is_far_from_zero_is_not_looked_at_between_nodes(least: float) -> N
 
 @pytest.mark.parametrize("shape", [(1,), (7,), (3, 5)])
 @pytest.mark.parametrize("size", [1e-300, 1.0, 1e200])
-def test_all_finite_tells_any_number_that_is_not(shape: tuple[int, ...], size: float) -> None:
+def test_finite_throughout_tells_any_number_that_is_not(shape: tuple[int, ...], size: float) -> None:
     """Also where squares overflow."""
     values = np.full(shape, size)
     with np.errstate(all="ignore"):
-        assert all(map(all_finite, (values, values.T, np.float64(size), size)))
+        assert all(map(finite_throughout, (values, values.T, np.float64(size), size)))
         for wrong in (math.nan, math.inf, -math.inf):
-            assert not all_finite(wrong)
+            assert not finite_throughout(wrong)
             for place in np.ndindex(shape):
                 spoilt = values.copy()
                 spoilt[place] = wrong
-                assert not all_finite(spoilt)
+                assert not finite_throughout(spoilt)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, all_finite
+from movimentum.arrays import BoolArray, finite_throughout
 from movimentum.expressions import walk
 from movimentum.planning.blocks.kinds import (
     Assign,
@@ -128,7 +128,7 @@ def evaluate(path: Path, block: Block, track: Track, state: State, instants: Ins
     failed = KERNELS[type(block)].evaluate(path, block, track, state, instants)
     fill_explicit(block, state, instants.clocks)
     for n in block.unknowns:
-        if not all_finite(state[n]):
+        if not finite_throughout(state[n]):
             lost = ~np.isfinite(state[n])
             failed = np.broadcast_to(lost, len(instants)) if failed is None else failed | lost
     return None if failed is None else np.broadcast_to(failed, len(instants))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, all_finite, first_of, wound
+from movimentum.arrays import FloatArray, finite_throughout, first_of, wound
 from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
 from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
@@ -170,7 +170,7 @@ class Branch:
                 value = float(wound(value, first_of(self.before[block.unknowns[0]])))
             special = block.continued
             choice = Choice(values=(value,)) if special else Choice()
-        if not block.iterative and not all(all_finite(state[n]) for n in block.unknowns):
+        if not block.iterative and not all(finite_throughout(state[n]) for n in block.unknowns):
             return None
         if block.single_valued and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
             return None

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray, all_finite, within_half
+from movimentum.arrays import BoolArray, FloatArray, IntArray, finite_throughout, within_half
 from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
@@ -289,7 +289,7 @@ def _off(pattern: SegmentPattern, state: State, instants: Instants, inside: Bool
     count = len(inside)
     off, one = np.zeros(count, dtype=np.bool_), np.ones((1, 1))
     for n, value in enumerate(state[: pattern.unknowns]):
-        if value is not None and not all_finite(value):
+        if value is not None and not finite_throughout(value):
             bad = ~np.isfinite(np.broadcast_to(value, inside.shape)) & inside
             off |= bad.any(axis=1)
         elif value is None:
