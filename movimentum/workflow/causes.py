@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.trials import other_pins
+from movimentum.analysis.diagnose.remedies import other_pins
 from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement

@@ -15,7 +15,7 @@ from movimentum.analysis.diagnose.outline_ends import end_of_curve
 from movimentum.analysis.diagnose.places import constraint_of, span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, driven_past, off_text, runaway
-from movimentum.analysis.diagnose.trials import left_out, left_out_in_turn, other_pins, so_long
+from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
 from movimentum.planning.structure.rates import reader_of

@@ -9,7 +9,7 @@ import numpy as np
 
 from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.places import constraint_of, span_of_blocks
-from movimentum.analysis.diagnose.trials import other_pins, so_long
+from movimentum.analysis.diagnose.remedies import other_pins, so_long
 from movimentum.arrays import first_of
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.diagnose.trials import left_out
+from movimentum.analysis.diagnose.remedies import left_out
 from movimentum.analysis.freedom.frozen import drawn_by, held_block
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,15 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
-from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import ThingAngle
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import LEAST_DIVISOR, RANK_OF_ROWS, WISH_DIRECTION_FOUND, WISH_DIRECTION_LOST, WISH_ROUNDING
+
+if TYPE_CHECKING:
+    from movimentum.planning.structure.linear_rows import SparseRows
 
 Values = Mapping[int, FloatArray]
 """By unknown number: (F,), or what broadcasts to it."""

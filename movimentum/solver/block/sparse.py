@@ -9,18 +9,20 @@ elimination will do (Vanderbei 1995, SIAM J. Optim. 5); what it costs in accurac
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
-from movimentum.planning.structure.linear_rows import SparseRows
 from movimentum.planning.structure.metric import Metric
 from movimentum.solver.basis.effort import charge
 from movimentum.solver.block.problem import BlockProblem, Damping, damped
 from movimentum.tolerances import ROUNDING_OF_SPARSE_TANGENT, ROW_RELAXED, SOFT_ROW_RELAXED, VELOCITY_REFINED
+
+if TYPE_CHECKING:
+    from movimentum.planning.structure.linear_rows import SparseRows
 
 REFINEMENTS = 3
 
