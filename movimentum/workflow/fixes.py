@@ -30,7 +30,7 @@ from movimentum.workflow.stages import arranged, examined, moved, understand
 if TYPE_CHECKING:
     from movimentum.solver.reuse import Known
 
-SECONDS = 2.0
+SECONDS = 5.0
 """The limit for all trials of one script, in the thread's processor time: what else the machine does has no influence.
 Where solving the script took longer than that, nothing is tried.
 """
