@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
-from movimentum.planning.blocks.kinds import Block, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import System
-from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
+from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle
 
@@ -40,7 +40,7 @@ class Plan:
     measured: Mapping[Expr, Expr]
     bodies: tuple[BodyUnknowns, ...]
     size: float
-    _schedules: dict[bool, Schedule] = field(default_factory=dict[bool, Schedule])
+    _schedule: list[Schedule] = field(default_factory=list[Schedule], init=False)
     _owner: dict[int, int] = field(default_factory=dict[int, int], init=False)
     _stated: dict[int, BlockRows] = field(default_factory=dict[int, BlockRows], init=False)
 
@@ -76,18 +76,9 @@ class Plan:
         numbers = (self.system.number_of.get(part(t)) for t in things for part in parts)
         return found | {n for n in numbers if n is not None}
 
-    def schedule(self, windings: bool) -> Schedule:
-        """The order in which to solve all moving blocks at once (made when it is first asked for), with or without the
-        continuous angles that nothing depends on.
-        """
-        found = self._schedules.get(windings)
-        if found is None:
-            awaited = {n for block in self.blocks for n in block.inputs}
-            awaited |= {n for selector in self.system.selectors for n in symbol_numbers(selector.value)}
-            needed = frozenset(
-                block.number
-                for block in self.blocks
-                if windings or not isinstance(block, Winding) or awaited & set(block.unknowns)
-            )
-            found = self._schedules[windings] = schedule(self.blocks, needed, Clocks(self.clocks))
-        return found
+    @property
+    def schedule(self) -> Schedule:
+        """The order in which to solve all moving blocks at once (made when it is first asked for)."""
+        if not self._schedule:
+            self._schedule.append(schedule(self.blocks, Clocks(self.clocks)))
+        return self._schedule[0]

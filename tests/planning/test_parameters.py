@@ -32,7 +32,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KnownBlocks(Memo(1))).schedule(True)
+        _ = compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KnownBlocks(Memo(1))).schedule
     return structures_compiled() - before
 
 

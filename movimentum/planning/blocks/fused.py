@@ -51,14 +51,14 @@ AHEAD = 4
 """Blocks by which a repetition is recognised."""
 
 
-def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks) -> Schedule:
-    """Fuse the moving closed-form blocks among ``needed`` (block numbers).
+def schedule(blocks: Sequence[Block], clocks: Clocks) -> Schedule:
+    """Fuse the moving closed-form blocks of a plan.
 
     Windings that nothing waits for come last, so that they cut no run.
     """
-    awaited = {n for block in blocks if block.number in needed for n in block.inputs}
+    awaited = {n for block in blocks for n in block.inputs}
     late = {b.number for b in blocks if isinstance(b, Winding) and b.moving and not awaited & set(b.unknowns)}
-    moving = [block for block in blocks if block.moving and block.number in needed and block.number not in late]
+    moving = [block for block in blocks if block.moving and block.number not in late]
     result: list[Run | Turns | int] = []
     for fused, some in groupby(moving, key=lambda block: bool(block.formulas)):
         if fused:
@@ -66,8 +66,8 @@ def schedule(blocks: Sequence[Block], needed: frozenset[int], clocks: Clocks) ->
             result += [Run(tuple(block.number for block in run), _kept(run, clocks)) for run in runs]
         else:
             result += [block.number for block in some]
-    if late & needed:
-        result.append(Turns(tuple(sorted(late & needed))))
+    if late:
+        result.append(Turns(tuple(sorted(late))))
     return tuple(result)
 
 

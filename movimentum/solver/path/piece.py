@@ -113,7 +113,7 @@ class Piece:
                 assert isinstance(track, SignTrack)
                 signs[number] = track.sign(instants.tau)
         with np.errstate(all="ignore"):
-            for item in plan.schedule(windings=True):
+            for item in plan.schedule:
                 look()
                 if isinstance(item, Run):
                     margin = item.function(state, instants.clocks, signs)
