@@ -243,7 +243,7 @@ def without_one(text: str) -> list[str]:
 
 
 ALL_NAMES = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov"))
-MINUTES = {"walschaerts", "scissor-lift"}
+MINUTES = {"walschaerts", "scissor-lift", "vending-latch"}
 """Scripts whose fixes take minutes to try, in each layout."""
 
 

@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Block, BlockBase
+from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.planning.blocks.kinds import Block, BlockBase, Newton
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
-from movimentum.solver.continuation.tracks import Choice, Gap, Path, SignTrack, Track
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, SignTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.tolerances import DISCRIMINANT_ZERO
 
 if TYPE_CHECKING:
+    from movimentum.solver.block.problem import BlockProblem
     from movimentum.solver.solutions.homotopy import AllSolutions
     from movimentum.solver.solutions.newton_starts import Starts
 
@@ -61,6 +62,33 @@ class Found:
     effort: int = 0
 
 
+AFAR = 1e3
+"""Of its scale: something that is farther away is as good as at infinity, and is compared by its inverse."""
+
+
+class Resuming(Protocol):
+    """The branch that a path was on before it ended (see `solver.start.resumption`).
+
+    ``before`` is the state before a pole that the motion goes on from, with these ``signs`` of blocks.
+    """
+
+    before: State | None
+    signs: dict[int, float]
+
+    @property
+    def piece(self) -> Path:
+        """The path that ended."""
+        ...
+
+    def starts(self, block: Newton, track: NodeTrack, tau: float) -> list[FloatArray]:
+        """Core values (n,) from which Newton's method may find the branch at ``tau``."""
+        ...
+
+    def regular(self, problem: BlockProblem, x: FloatArray) -> bool:
+        """Whether the core values ``x`` (1, n) are clear of the fold at which a path ends."""
+        ...
+
+
 B = TypeVar("B", bound=BlockBase)
 
 
@@ -94,6 +122,13 @@ class Kernel(Generic[B]):
         sign = track.sign(instants.tau) if isinstance(track, SignTrack) else 1.0
         margin = self.solve(block, state, instants.clocks, sign)
         return None if margin is None else ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
+
+    def resume(self, on: Resuming, block: B, track: Track, state: State, instants: Instants) -> Choice | None:
+        """Set the core at one instant after the end of a path, on its branch; what a path from there begins with, or
+        None where there is no solution.
+        """
+        self.evaluate(on.piece, block, track, state, instants)
+        return Choice(values=(first_of(state[block.core[0]]),)) if block.continued else Choice()
 
     def lifted(self, block: B, lift: Lift) -> dict[str, Any]:
         """The fields of a lifted block (see `solver.kinds.across`) that only this kind has; `NotImplementedError` where

@@ -30,10 +30,10 @@ from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity, field_of
 from movimentum.solver.kinds.across import Across, Lift, LoopEnds, problem_at
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import Beginning, Found, Kernel, Resuming
 from movimentum.solver.kinds.free_paths import free_across, lifted_free
 from movimentum.solver.solutions.newton_starts import Starts, newton_starts
-from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, SMALL_LOOP_CORRECTION
+from movimentum.tolerances import FOLD_CLOSED, FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, SMALL_LOOP_CORRECTION
 
 FEW = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
@@ -253,6 +253,19 @@ class NewtonKernel(Kernel[Newton]):
             free_across(run, block, choice)
         else:
             run.ends[block.number] = follow_loop(run, block, choice)
+
+    def resume(self, on: Resuming, block: Newton, track: Track, state: State, instants: Instants) -> Choice | None:
+        """Set the core, by Newton's method from the branch's own poses."""
+        if not isinstance(track, NodeTrack):
+            return super().resume(on, block, track, state, instants)
+        problem = BlockProblem.of(block, state, instants.clocks, track_scale(on.piece.plan, block))
+        for start in on.starts(block, track, float(instants.tau[0])):
+            outcome = newton(problem, start[None], iterations=30, limit=0.1)
+            if outcome.error[0] <= FOLD_CLOSED and on.regular(problem, outcome.x):
+                for j, n in enumerate(block.core):
+                    state[n] = outcome.x[:, j]
+                return Choice(values=tuple(map(float, outcome.x[0])))
+        return None
 
     def evaluate(self, path: Path, block: Newton, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution."""

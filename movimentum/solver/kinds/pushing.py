@@ -15,7 +15,7 @@ from movimentum.solver.block.problem import BlockProblem, track_scale
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
 from movimentum.solver.kinds.across import Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import Beginning, Found, Kernel, Resuming
 from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
 from movimentum.solver.pushing.contacts import RATE, Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
@@ -63,6 +63,10 @@ class PushingKernel(Kernel[Pushing]):
         if track.until < path.end and track.until < until:
             gaps.append(Gap(track.until, path.end, block.number))
         return track
+
+    def resume(self, on: Resuming, block: Pushing, track: Track, state: State, instants: Instants) -> Choice | None:
+        """Set the core, by Newton's method from the branch's own poses."""
+        return NEWTON.resume(on, block, track, state, instants)
 
     def lifted(self, block: Pushing, lift: Lift) -> dict[str, Any]:
         """Variants are solved one by one: what happens when differs among them."""

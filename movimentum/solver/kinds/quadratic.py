@@ -7,27 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr, add, const
 from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.planning.blocks.reduction import size_in_rounding
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.planning.plan import Plan
+from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack
+from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
 from movimentum.solver.kinds.across import Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import AFAR, Beginning, Found, Kernel, Resuming
 from movimentum.tolerances import (
     CIRCLES_ALWAYS_ONE,
     CIRCLES_ONE_BUT_FOR_SPIKES,
     DISCRIMINANT_UNSURE,
     DISCRIMINANT_ZERO,
     LEAST_DIVISOR,
+    ROUNDING_OF_DISCRIMINANT,
 )
 
 NEARLY_ONE = 0.1
@@ -79,6 +81,30 @@ class QuadraticKernel(Kernel[Quadratic]):
     def solve(self, block: Quadratic, state: State, clocks: Sequence[FloatArray], sign: Any) -> Any:
         """Set the core; returns the margin."""
         return closed_form.set_branch(block, state, clocks, sign)
+
+    def resume(self, on: Resuming, block: Quadratic, track: Track, state: State, instants: Instants) -> Choice | None:
+        """Set the core, on the branch that the path was on; after a pole, on the one nearest to the pose before."""
+        assert isinstance(track, SignTrack)
+        sign = first_of(track.sign(instants.tau))
+        if block.number in on.signs:
+            sign = on.signs[block.number]
+        elif on.before is not None:
+            sign = min(sign, -sign, key=lambda sign: self._off(on, block, state, instants, sign))
+        margin = first_of(self.solve(block, state, instants.clocks, sign))
+        return Choice(sign=sign) if margin >= -ROUNDING_OF_DISCRIMINANT else None
+
+    def _off(self, on: Resuming, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
+        """How far a block is with this ``sign`` from where it is before; what is far away, from as far away on either
+        side.
+        """
+        assert on.before is not None
+        self.solve(block, state, instants.clocks, sign)
+        closed_form.fill_explicit(block, state, instants.clocks)
+        scale = scale_of(on.piece.plan, block.unknowns)
+        known = np.array([first_of(on.before[n]) for n in block.unknowns])
+        there = np.array([first_of(state[n]) for n in block.unknowns])
+        far = np.minimum(np.abs(known / there - 1.0), np.abs(known / there + 1.0))
+        return float(np.max(np.where(np.abs(known) > AFAR * scale, far, np.abs(there - known) / scale)))
 
     def first_track(self, path: Path, block: Quadratic, choice: Choice) -> SignTrack:
         """The track where a path is one instant long."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, unwound_from, wound
+from movimentum.arrays import BoolArray, FloatArray, first_of, unwound_from, wound
 from movimentum.expressions.arrays import atan2d
 from movimentum.planning.blocks.kinds import Winding
 from movimentum.scene.leaves import Bearing
@@ -16,7 +16,7 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, Track
 from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import Beginning, Found, Kernel, Resuming
 
 
 def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArray:
@@ -76,6 +76,13 @@ class WindingKernel(Kernel[Winding]):
         turned = np.interp(instants.tau, track.tau, track.angle)
         state[block.core[0]] = wound(principal(block, state, instants.clocks), turned)
         return None
+
+    def resume(self, on: Resuming, block: Winding, track: Track, state: State, instants: Instants) -> Choice:
+        """Set the angle; after a pole, the one nearest to that before."""
+        self.evaluate(on.piece, block, track, state, instants)
+        (n,) = block.core
+        angle = first_of(state[n])
+        return Choice(values=(angle if on.before is None else float(wound(angle, first_of(on.before[n]))),))
 
 
 TOGETHER = 2**16

@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, finite_throughout, first_of, wound
-from movimentum.planning.blocks.kinds import Block, Newton, Quadratic, Winding
+from movimentum.arrays import FloatArray, finite_throughout, first_of
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import is_past_end
 from movimentum.solver.block.problem import scale_of, sizes_at, track_scale
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, SignTrack, StillTrack
-from movimentum.solver.kinds.kernels import evaluate
+from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
+from movimentum.solver.kinds.context import AFAR
+from movimentum.solver.kinds.kernels import KERNELS, evaluate
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import (
     BARELY_REGULAR,
@@ -25,10 +26,8 @@ from movimentum.tolerances import (
     BRANCH_TOLD_BEFORE,
     CLEAR_OF_FOLD,
     FIRST_RESUMPTION,
-    FOLD_CLOSED,
     INEQUALITY_MET,
     RATE_DIFFERENCE_AT_FOLD,
-    ROUNDING_OF_DISCRIMINANT,
 )
 
 if TYPE_CHECKING:
@@ -37,9 +36,7 @@ if TYPE_CHECKING:
 WIDE = 0.3
 """Of the unknowns' scale: a step that moves something by more may lead to another branch."""
 ASIDE = np.geomspace(1e5, 1.0, 11)
-"""Of the time in which something is as good as at infinity: how far from it branches may be told apart;"""
-AFAR = 1e3
-"""it is where something is still farther away than that, of its scale. It is compared by its inverse."""
+"""Of the time in which something is as good as at infinity: how far from it branches may be told apart."""
 BETWEEN = 3
 """Times tried between two nodes."""
 TOGETHER = 256
@@ -100,9 +97,7 @@ class Branch:
         later = replace(self, before=state, pole=pole.pole, signs={})
         choices = later.at(after)
         if choices is not None:
-            later.signs.update(
-                (n, choices[n].sign) for n, b in enumerate(self.piece.plan.blocks) if isinstance(b, Quadratic)
-            )
+            later.signs.update((n, choice.sign) for n, choice in enumerate(choices))
         return later.at(pole.end)
 
     def at(self, tau: float) -> list[Choice] | None:
@@ -139,44 +134,17 @@ class Branch:
             if failed is not None and failed.any():
                 return None
             return Choice(values=tuple(first_of(state[n]) for n in block.core))
-        if isinstance(track, NodeTrack) and isinstance(block, Newton):
-            from movimentum.solver.block.newton import newton
-            from movimentum.solver.block.problem import BlockProblem
-
-            problem = BlockProblem.of(block, state, instants.clocks, track_scale(piece.plan, block))
-            for start in self._starts(block, track, tau):
-                outcome = newton(problem, start[None], iterations=30, limit=0.1)
-                if not (outcome.error[0] <= FOLD_CLOSED and self._regular(problem, outcome.x)):
-                    continue
-                for j, n in enumerate(block.core):
-                    state[n] = outcome.x[:, j]
-                closed_form.fill_explicit(block, state, instants.clocks)
-                return Choice(values=tuple(map(float, outcome.x[0])))
+        choice = KERNELS[type(block)].resume(self, block, track, state, instants)
+        if choice is None:
             return None
-        if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-            sign = first_of(track.sign(instants.tau))
-            if block.number in self.signs:
-                sign = self.signs[block.number]
-            elif self.before is not None:
-                sign = min(sign, -sign, key=lambda sign: self._off(block, state, instants, sign))
-            margin = _set_root(block, state, instants, sign)
-            if not margin >= -ROUNDING_OF_DISCRIMINANT:
-                return None
-            choice = Choice(sign=sign)
-        else:
-            evaluate(piece, block, track, state, instants)
-            value = first_of(state[block.unknowns[0]])
-            if self.before is not None and isinstance(block, Winding):
-                value = float(wound(value, first_of(self.before[block.unknowns[0]])))
-            special = block.continued
-            choice = Choice(values=(value,)) if special else Choice()
+        closed_form.fill_explicit(block, state, instants.clocks)
         if not block.iterative and not all(finite_throughout(state[n]) for n in block.unknowns):
             return None
         if block.single_valued and max(abs(first_of(state[n])) for n in block.unknowns) > self.within:
             return None
         return choice
 
-    def _starts(self, block: Newton, track: NodeTrack, tau: float) -> list[FloatArray]:
+    def starts(self, block: Newton, track: NodeTrack, tau: float) -> list[FloatArray]:
         """Core values (n,) near those at ``tau``; what comes back from a pole is as far away as before, on the other
         side or on the same one.
         """
@@ -186,19 +154,7 @@ class Branch:
         far = np.abs(before) > AFAR * track_scale(self.piece.plan, block)
         return [np.where(far, -before, before), before]
 
-    def _off(self, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
-        """How far a block is with this ``sign`` from where it is ``before``; what is far away, from as far away on
-        either side.
-        """
-        assert self.before is not None
-        _set_root(block, state, instants, sign)
-        scale = scale_of(self.piece.plan, block.unknowns)
-        known = np.array([first_of(self.before[n]) for n in block.unknowns])
-        there = np.array([first_of(state[n]) for n in block.unknowns])
-        far = np.minimum(np.abs(known / there - 1.0), np.abs(known / there + 1.0))
-        return float(np.max(np.where(np.abs(known) > AFAR * scale, far, np.abs(there - known) / scale)))
-
-    def _regular(self, problem: BlockProblem, x: FloatArray) -> bool:
+    def regular(self, problem: BlockProblem, x: FloatArray) -> bool:
         """Whether a pose is clear of the fold at which a path ends: just past it, equations are met within rounding."""
         from movimentum.solver.block.problem import scaled
 
@@ -317,13 +273,6 @@ class Branch:
                 return begin + after, later
             after *= 4.0
         return self._good, choices
-
-
-def _set_root(block: Quadratic, state: State, instants: Instants, sign: float) -> float:
-    """Set a quadratic block's unknowns to its root of this ``sign``; the margin."""
-    margin = closed_form.set_branch(block, state, instants.clocks, sign)
-    closed_form.fill_explicit(block, state, instants.clocks)
-    return first_of(margin)
 
 
 def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
