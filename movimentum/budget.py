@@ -1,8 +1,8 @@
 """The memory limit of a command, and messages about the time that it takes.
 
-A timer measures about thirty times a second how much memory the process holds. Measuring costs nothing and is exact; an
-estimate of what a script will need is not. The timer works between two operations of Python, so a single operation may
-exceed the limit for a moment. The memory of worker processes counts too, and is measured now and then.
+A timer measures about thirty times a second how much memory the process uses. Measuring costs nothing and is exact; an
+estimate of a script's needs is neither. The timer runs between two Python operations, so a single operation may briefly
+exceed the limit. The memory of worker processes counts too, and is measured less often.
 """
 
 from __future__ import annotations

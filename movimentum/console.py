@@ -1,6 +1,6 @@
-"""What the command line reports to a person: messages and progress on stderr, errors as exit codes.
+"""The command line's output for people: messages and progress on stderr, errors as exit codes.
 
-Nothing here prints on stdout, which is for the requested output only.
+Nothing here prints on stdout, which is for requested output only.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Messages to the user: diagnostics as data, and their rendering as text or JSON."""
+"""Diagnostics: messages to the user as data, rendered as text or JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What touches when: contacts that begin, end, go on elsewhere, or let nothing move, over a whole motion."""
+"""Contact events over a whole motion: contacts that begin, end, move elsewhere, or jam."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two promises tested on a script: the motion does not depend on the frame rate, and it can be reversed."""
+"""Tests two promises on a script: the motion does not depend on the frame rate, and it can be reversed."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Numbers that pictures show, in the poses of every frame: those of texts, and velocities and accelerations.
+"""Numbers shown in pictures, in the poses of every frame: those in texts, velocities, accelerations and poles.
 
-They travel with the poses, as properties of the thing that shows them, to wherever pictures are drawn.
-
-Poles: where a body has no velocity at a moment, and where two bodies have the same.
+They are stored with the poses as properties of the thing that shows them, and go with the poses to wherever pictures
+are drawn. A pole is where a body has no velocity at a moment, or where two bodies have the same velocity.
 
 With the velocity v of a point A of a body and its angular velocity w (radians per time unit), the velocity at P is
 v + w J (P - A), J a quarter turn. Where two bodies' are equal, (w1 - w2) P = w1 A1 - w2 A2 - J (v2 - v1): a pole in

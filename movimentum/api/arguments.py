@@ -1,6 +1,4 @@
-"""The door from Python: arguments of the kinds that are annotated, what may stand where the command line has an option,
-and errors that name keywords, not options.
-"""
+"""Checks arguments from Python: their types, their counterparts of command-line options, and errors that name keywords."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values and rates of a motion at moments: what frames and single times have in common."""
+"""Values and rates of a motion at moments: shared by frames and single times."""
 
 from __future__ import annotations
 

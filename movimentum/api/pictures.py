@@ -1,7 +1,4 @@
-"""Pictures of motions from Python: what `Motion.render` draws, and what a notebook shows.
-
-Living figures from Python: what `Script.live` gives.
-"""
+"""Pictures from Python: what `Motion.render` draws, what a notebook shows, and the living figures of `Script.live`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Python gets from motions, sweeps and fits: files, tables, constants."""
+"""The results that Python gets from motions, sweeps and fits: files, tables, constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scripts from Python: read them, ask what is to be said about them, solve them."""
+"""Scripts from Python: read, check and solve them."""
 
 from __future__ import annotations
 

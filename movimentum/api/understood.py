@@ -1,4 +1,4 @@
-"""A script that was understood, and what can be asked of its motions by name."""
+"""A script that was read and resolved, and the names and expressions that its motions can be asked for."""
 
 from __future__ import annotations
 

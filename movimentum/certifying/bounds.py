@@ -1,7 +1,7 @@
-"""Bounds between frames: what an expression can be over all times of a film, from its tubes.
+"""Bounds between frames: the range of an expression over all times of a film, from its tubes.
 
-An expression of enclosed unknowns is enclosed to first order too, so that what it may reach beyond what it does reach
-shrinks with the square of an interval. Intervals that may hold the largest value are halved until it is known sharply.
+Expressions of enclosed unknowns are enclosed to first order too, so the overestimate shrinks with the square of the
+interval. Intervals that may hold the largest value are halved until it is known sharply.
 """
 
 from __future__ import annotations

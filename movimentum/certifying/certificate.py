@@ -1,4 +1,4 @@
-"""The certificate of a film: how far its frames are from an exact solution, in which tubes, and what breaks off."""
+"""The certificate of a film: how far its frames are from an exact solution, in which tubes, and where it breaks off."""
 
 from __future__ import annotations
 

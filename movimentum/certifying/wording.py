@@ -1,4 +1,4 @@
-"""A certificate in words, as data for programs, and as diagnostics."""
+"""A certificate as text, as data for programs, and as diagnostics."""
 
 from __future__ import annotations
 

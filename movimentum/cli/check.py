@@ -1,4 +1,4 @@
-"""`movimentum check`: everything that can be said without rendering."""
+"""`movimentum check`: everything that can be reported without rendering."""
 
 from __future__ import annotations
 

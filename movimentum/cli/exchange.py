@@ -1,4 +1,4 @@
-"""`movimentum import` and `movimentum export`: scripts from other programs' files, and the reverse."""
+"""`movimentum import` and `movimentum export`: scripts from other programs' files, and back."""
 
 from __future__ import annotations
 

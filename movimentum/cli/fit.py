@@ -1,4 +1,4 @@
-"""`movimentum fit`: the constants that bring a script's goals nearest."""
+"""`movimentum fit`: the constants that best meet a script's goals."""
 
 from __future__ import annotations
 

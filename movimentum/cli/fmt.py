@@ -1,4 +1,4 @@
-"""`movimentum fmt`: scripts in the layout of the gallery."""
+"""`movimentum fmt`: formats scripts in the layout of the gallery."""
 
 from __future__ import annotations
 

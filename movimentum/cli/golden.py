@@ -1,4 +1,4 @@
-"""`movimentum golden`: record the results of scripts, and compare with them later."""
+"""`movimentum golden`: records the results of scripts, and compares with them later."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`movimentum trade`: what accuracy costs and gains."""
+"""`movimentum trade`: the costs and gains of accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Areas through points of several things: with straight edges, with arcs, or with one smooth edge."""
+"""Areas through points of several things, with straight edges, arcs, or one smooth edge."""
 
 from __future__ import annotations
 

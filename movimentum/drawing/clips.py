@@ -1,4 +1,4 @@
-"""What a thing is cut off by that is shown only inside another one: what that one covers, in the world."""
+"""Clips: the area of the thing that cuts off another one, in the world."""
 
 from __future__ import annotations
 

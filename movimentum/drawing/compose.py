@@ -1,4 +1,4 @@
-"""Scene and choices -> display list. What it holds does not depend on how things move."""
+"""Scene and choices -> display list. The list does not depend on how things move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies that are more than a line: the parts of plates, polygons, gears, supports, links with edges, and pins."""
+"""The drawn parts of plates, polygons, gears, supports, links with edges, and pins: bodies that are more than a line."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Graphs beside the film: axes, ticks and letters, curves of the whole film, and dots where the values are now.
+"""Graphs beside the film: axes, ticks and letters, curves of the whole film, and dots at the current values.
 
-The curves follow the values between frames too, with their kinks and jumps, as exactly as a picture shows them: points
-that are closer than `NEAREST` to the line through their neighbours are left out, so a long film has no longer curves.
+The curves follow the values between frames too, with their kinks and jumps, as exactly as a picture can show. Points
+closer than `NEAREST` to the line through their neighbours are left out, so a longer film needs no longer curves.
 """
 
 from __future__ import annotations

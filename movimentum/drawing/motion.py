@@ -1,4 +1,4 @@
-"""How the marks of a display list move: poses -> numbers of every frame. Frame of reference: the world, y up."""
+"""How the marks of a display list move: from poses to numbers for every frame. Frame of reference: the world, y up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a picture should look: the choices on the command line."""
+"""The command line's choices about the look of a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinematic diagram: what is drawn of bodies when only their joints and the lines between these are shown."""
+"""The kinematic diagram: bodies reduced to their joints and the lines between them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What is drawn between anchors of other things, in every frame anew: springs, cylinders, dimensions, arrows, supports.
+"""Symbols drawn between anchors of other things, anew in every frame: springs, cylinders, dimensions, arrows, supports.
 
-Everything is computed for all frames at once, in the world; every way to draw a film gets the same points.
+Everything is computed for all frames at once, in the world; every renderer gets the same points.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Texts whose numbers change: the letters of every frame."""
+"""The letters of texts with changing numbers, for every frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands at a place of a text, what there is to say about it, and another name for it wherever it is named."""
+"""What is at a place in a text, information about it, and renaming it everywhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may be written where somebody is typing."""
+"""Completion: what may be written at the cursor."""
 
 from __future__ import annotations
 

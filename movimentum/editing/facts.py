@@ -1,4 +1,4 @@
-"""What is known of the names of a script that was solved: their values at the film's beginning, and what determines
+"""Facts about the names of a solved script: their values at the film's beginning, and the statements that determine
 them.
 """
 

@@ -1,4 +1,4 @@
-"""What editors mark in a text: kinds of names, what can be folded, an outline, and values beside constants."""
+"""What editors mark in a text: kinds of names, foldable ranges, an outline, and values beside constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a text defines, found without the grammar, so that a text that is being typed has an outline too."""
+"""The definitions in a text, found without the grammar, so that a half-typed text has an outline too."""
 
 from __future__ import annotations
 

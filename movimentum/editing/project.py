@@ -1,4 +1,4 @@
-"""Texts that belong together: a script, what it includes, and what includes it. Names are resolved across them."""
+"""Texts that belong together: a script, its includes, and the scripts that include it. Names resolve across them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the language's own words mean, in a line each: for completion and hover."""
+"""One-line explanations of the language's own words, for completion and hover."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""APNG: our own stream of chunks. Pillow compresses one box at a time, and delays are exact fractions.
+"""APNG from our own stream of chunks: Pillow compresses one box at a time, and delays are exact fractions.
 
-A box replaces what was there (blend "source"), including alpha. So opaque and transparent pictures are treated alike.
+A box replaces the previous contents (blend "source"), including alpha. So opaque and transparent pictures are treated
+alike.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is said about a GIF: what it cannot show, and what it weighs."""
+"""Notes about a GIF: what the format cannot show, and the file's size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures by themselves, PNG or JPEG: one still, or a file for every frame."""
+"""Single pictures, PNG or JPEG: one still, or a file for every frame."""
 
 from __future__ import annotations
 

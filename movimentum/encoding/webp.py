@@ -1,7 +1,7 @@
 """Animated WebP, lossless: our own stream of chunks, because Pillow's writer keeps a list of all frames.
 
-An opaque frame is laid over the one before, and pixels that do not change are clear. On a transparent background a
-frame's box replaces what was there.
+An opaque frame is laid over the previous one, with unchanged pixels clear. On a transparent background a frame's box
+replaces the previous contents.
 
 The container is RIFF (Google, "WebP Container Specification"): VP8X, ANIM, then one ANMF for each frame.
 """

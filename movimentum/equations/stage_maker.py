@@ -1,6 +1,6 @@
 """Makes a step's program from its plan: closed forms, Newton loops, and tables of signs, turns and starts.
 
-One expression in short named steps, at one instant: how the debugger tells a formula that is long.
+It also splits one long expression into short named steps at an instant, as the debugger shows long formulas.
 """
 
 from __future__ import annotations

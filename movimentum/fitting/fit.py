@@ -1,4 +1,4 @@
-"""`fit`: the constants of a script that bring its goals nearest while its requirements hold."""
+"""`fit`: the constants of a script that best meet its goals while its requirements hold."""
 
 from __future__ import annotations
 

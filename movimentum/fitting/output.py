@@ -1,4 +1,6 @@
-"""What a fit writes: the script with other values and pictures of before and after; and its search on a cluster."""
+"""The output of a fit: the script with its new values, and pictures of before and after. Also runs the search on a
+cluster.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit has found, in the units of the script: constants, goals, requirements."""
+"""The result of a fit, in the script's units: constants, goals, requirements."""
 
 from __future__ import annotations
 

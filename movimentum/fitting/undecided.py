@@ -1,6 +1,6 @@
-"""What makes no difference: constants that come back to where they were, and what goals leave open.
+"""What makes no difference to a fit: constants that are periodic, and what the goals leave open.
 
-A full turn of an angle is a period, and so is the length of a film that begins again.
+A full turn of an angle is a period, and so is the length of a film that loops.
 """
 
 from __future__ import annotations

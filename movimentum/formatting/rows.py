@@ -1,7 +1,7 @@
-"""The lines of a formatted text, before it is decided where their columns are.
+"""The lines of a formatted text, before their columns are decided.
 
-Lines begin and end where the author has it, except that a step, and what stands in a block over several lines, begins a
-line of its own.
+The author's line breaks stay, except that a step, and the contents of a block over several lines, begin a line of their
+own.
 """
 
 from __future__ import annotations

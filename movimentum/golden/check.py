@@ -1,11 +1,9 @@
-"""Comparing a script with its golden frames: first the numbers, then the pixels.
+"""Compares a script with its golden frames: first the numbers, then the pixels.
 
-Whether a picture is the one that was recorded, or as near to it as the correct result of another renderer.
-
-On the machine and with the Pillow that recorded it, pixels are the same except for rounding. Elsewhere a difference is
-judged after a Gaussian blur. Several measures were tried on pictures of other renderers and on pictures with faults
-(shifts, turns, a missing bar). Only the largest difference after the blur distinguishes them; RMS and structural
-similarity do not.
+On the machine and with the Pillow that recorded them, pixels are the same except for rounding. Elsewhere a picture must
+be as near to the recording as another renderer's correct result, judged after a Gaussian blur. Several measures were
+tried on pictures of other renderers and on faulty pictures (shifts, turns, a missing bar). Only the largest difference
+after the blur distinguishes them; RMS and structural similarity do not.
 """
 
 from __future__ import annotations

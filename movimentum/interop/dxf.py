@@ -1,4 +1,4 @@
-"""Drawings in DXF: parts with their holes, and scripts from layers of lines, by the library ezdxf (extra ``dxf``)."""
+"""Drawings in DXF, by the library ezdxf (extra ``dxf``): exports parts with their holes, and imports layers of lines."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A scene as a linkage of rods, for the file format "linkages", and the rigidity matrix of such a linkage.
+"""Exports a scene as a linkage of rods in the file format "linkages", with the rigidity matrix of such a linkage.
 
-The joints of a scene: anchors that a segment's constraints hold together.
+The joints of a scene are anchors that a segment's constraints hold together.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The format of a text, judged by its content."""
+"""Recognises the format of a text by its content."""
 
 from __future__ import annotations
 

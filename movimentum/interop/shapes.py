@@ -1,4 +1,4 @@
-"""The parts of a mechanism as shapes to be made: outlines of lines and arcs, and holes at their anchors."""
+"""The parts of a mechanism as manufacturable shapes: outlines of lines and arcs, and holes at their anchors."""
 
 from __future__ import annotations
 

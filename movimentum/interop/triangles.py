@@ -1,4 +1,4 @@
-"""The plan of a scene as Pyslvs' triangular formulas, if all of its blocks are triangles."""
+"""Exports the plan of a scene as Pyslvs' triangular formulas, if all of its blocks are triangles."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""A living figure as one HTML file: the player, the display list with places for numbers, and what computes them.
-
-What the page of a living figure draws, as values of JSON in which live numbers have places.
+"""Writes a living figure as one HTML file: the player, the display list with places for live numbers, and the program
+that computes them.
 """
 
 from __future__ import annotations

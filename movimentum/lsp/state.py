@@ -1,4 +1,4 @@
-"""What the language server knows: the open texts, what they name, and what was found about them."""
+"""The state of the language server: open texts, their names, and what was found about them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film as the output of a notebook's cell: one piece of HTML that plays, wherever it is shown, without a network."""
+"""A film as notebook output: one piece of HTML that plays anywhere, without a network."""
 
 from __future__ import annotations
 

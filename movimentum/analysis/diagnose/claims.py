@@ -1,4 +1,4 @@
-"""Claims: whether the expected results hold, in every frame and on the solver's own grid between frames."""
+"""Checks claims in every frame, and on the solver's own grid between frames."""
 
 from __future__ import annotations
 

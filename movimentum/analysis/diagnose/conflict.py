@@ -1,6 +1,7 @@
-"""Which constraints contradict, and by how much.
+"""Finds the smallest set of constraints that contradict each other, and by how much.
 
-Constraints about what is fixed, which no small motion would meet: two circles about one centre are to touch.
+It also finds contradictions between fixed things that no small motion reveals: two circles about one centre that should
+touch.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Contacts that are kept at one place while the outlines overlap at another."""
+"""Reports contacts held at one place while the outlines overlap at another."""
 
 from __future__ import annotations
 

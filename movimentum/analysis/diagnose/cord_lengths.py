@@ -1,4 +1,4 @@
-"""Which lengths a cord can have: the shortest and the longest of all poses that meet everything else."""
+"""The possible lengths of a cord: the shortest and the longest over all poses that meet everything else."""
 
 from __future__ import annotations
 

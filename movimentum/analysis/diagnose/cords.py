@@ -1,4 +1,4 @@
-"""Cords that a wheel would have to pull, and drums from which more comes off than was wound on."""
+"""Reports wheels that a cord would have to push, and drums that unwind more than was wound on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Where a motion leaves a table that it follows, and where differential equations were given up, or are how far off."""
+"""Reports where a motion leaves a table that it follows, and how accurate differential equations are or where they
+failed.
+"""
 
 from __future__ import annotations
 

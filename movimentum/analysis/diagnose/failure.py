@@ -1,4 +1,4 @@
-"""Why there is no solution, reported once: contradictions, binds, inequalities that leave no solution."""
+"""Reports once why there is no solution: contradictions, binds, and inequalities that leave no solution."""
 
 from __future__ import annotations
 

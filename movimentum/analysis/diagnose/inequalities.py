@@ -1,7 +1,7 @@
-"""Inequalities that select one solution among several, ready to paste.
+"""Proposes inequalities that select one of several solutions, ready to paste.
 
-An inequality is useful only if the motion that it selects never violates it. So each candidate is first followed
-through its segment. An inequality is offered only if it holds all the time, and fails for every other candidate at the
+A useful inequality must hold throughout the motion that it selects. So each candidate solution is followed through its
+segment first. An inequality is offered only if it always holds for that solution, and fails for every other one at the
 beginning.
 """
 

@@ -1,4 +1,4 @@
-"""Jumps: things that are suddenly elsewhere, within the film or from its end to its beginning."""
+"""Reports jumps: things that are suddenly elsewhere, within the film or between its end and its beginning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gears whose centres are too near or too far apart for their teeth, and gears turned until their teeth fit."""
+"""Reports gears whose centres are too near or too far apart for their teeth, and gears turned until their teeth fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where what touches an open curve comes to its end."""
+"""Reports where a contact reaches the end of an open curve."""
 
 from __future__ import annotations
 

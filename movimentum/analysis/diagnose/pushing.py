@@ -1,4 +1,4 @@
-"""What pushes: why nothing can move any more, what begins inside each other, and what touches when."""
+"""Reports about pushing: jams, overlaps at the start, and when things touch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a motion comes to its end: a mechanism driven past its reach, and what runs away to infinity."""
+"""Reports where a motion ends: a mechanism driven past its reach, or a value that runs away to infinity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nothing determines or gives a value: free motion, variables, accelerations, derivatives."""
+"""Reports free motion, and variables, accelerations and derivatives without a value."""
 
 from __future__ import annotations
 

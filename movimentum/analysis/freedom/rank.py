@@ -1,4 +1,4 @@
-"""The rank of a block's equations at a pose and near it: what is free, and what only looks free at a singular pose."""
+"""The rank of a block's equations at a pose and near it: tells real freedom from freedom only at a singular pose."""
 
 from __future__ import annotations
 

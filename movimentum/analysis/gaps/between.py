@@ -1,4 +1,4 @@
-"""How far pairs of things are apart at instants of one piece of a path: many pairs and many instants at once."""
+"""Distances between many pairs of things, at many instants of one piece of a path at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When things that overlap are deepest in each other, and how deep."""
+"""When overlapping things are deepest in each other, and how deep."""
 
 from __future__ import annotations
 

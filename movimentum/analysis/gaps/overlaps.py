@@ -1,8 +1,7 @@
-"""When pairs of things overlap, on the continuous motion: frames have no part in it.
+"""When pairs of things overlap, found on the continuous motion, without regard to frames.
 
-Between two instants no distance changes by more than the things move; so most intervals are free without a further
-look. Others are halved until a distance bends too little to hide a root in them, and roots are then found to the last
-digits of the time.
+Between two instants no distance changes by more than the things move, so most intervals need no further look. Others
+are halved until a distance bends too little to hide a root. Roots are then found to the last digits of the time.
 """
 
 from __future__ import annotations

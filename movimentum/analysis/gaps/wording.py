@@ -1,4 +1,4 @@
-"""What overlaps, in words."""
+"""Words overlaps for messages and reports."""
 
 from __future__ import annotations
 

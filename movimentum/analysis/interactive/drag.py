@@ -1,4 +1,4 @@
-"""Pulling at something in a scene at one moment, while all statements stay true."""
+"""Drags a point of a scene at one moment while all statements stay true."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The Jacobian of each connected part of a scene at one moment, with the names of its rows and columns, its rank, its
-singular values and its null space.
+"""The Jacobian of each connected part of a scene at one moment, and the sensitivity of a value to each statement.
 
-How a value depends on each statement at one moment, by the implicit function theorem.
+The Jacobian comes with the names of its rows and columns, its rank, singular values and null space. Sensitivities
+follow from the implicit function theorem.
 
 All equations F(u) = 0 hold in a pose u. If the right side of a statement is larger by a little e, the pose moves by du
 with F'(u) du = e; so a value g(u) changes by g'(u) du. Where F' has no full rank, the least du is taken; a statement

@@ -1,5 +1,5 @@
 # ruff: noqa: N802, N815 - SymPy finds the methods by its own names
-"""Formulas of SymPy as the language writes them, ready to paste into a statement."""
+"""SymPy formulas in the language's spelling, ready to paste into a statement."""
 
 from __future__ import annotations
 
