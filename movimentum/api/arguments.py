@@ -1,4 +1,4 @@
-"""Checks arguments from Python: their types, their counterparts of command-line options, and errors that name keywords."""
+"""Checks arguments from Python: types, counterparts of command-line options, and errors that name keywords."""
 
 from __future__ import annotations
 

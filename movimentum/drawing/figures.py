@@ -1,4 +1,4 @@
-"""The drawn parts of plates, polygons, gears, supports, links with edges, and pins: bodies that are more than a line."""
+"""The drawn parts of plates, polygons, gears, supports, links with edges, and pins: all but simple lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Fits in which requirements decide: sequential quadratic programming (Nocedal & Wright, Numerical Optimization, 18)."""
+"""Fits whose requirements decide, by sequential quadratic programming (Nocedal & Wright, Numerical Optimization, 18).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Variants solved one by one, each as a script of its own: those that cannot be solved together, and the final check."""
+"""Variants solved one by one, each as its own script: those that cannot be solved together, and the final check."""
 
 from __future__ import annotations
 

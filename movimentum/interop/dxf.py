@@ -1,4 +1,4 @@
-"""Drawings in DXF, by the library ezdxf (extra ``dxf``): exports parts with their holes, and imports layers of lines."""
+"""Drawings in DXF, by the library ezdxf (extra ``dxf``): exports parts with holes, and imports layers of lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Python twin of ``live.js``: follows a slider as the page does, to compare its poses with `solve` before writing it."""
+"""Python twin of ``live.js``: follows a slider as the page does, so that its poses can be compared with `solve`."""
 
 from __future__ import annotations
 

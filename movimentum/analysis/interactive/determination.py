@@ -1,4 +1,4 @@
-"""The statements that determine a thing, an anchor or a variable, and the scalar equations of a step, block by block."""
+"""The statements that determine a thing, anchor or variable, and the scalar equations of a step, block by block."""
 
 from __future__ import annotations
 
