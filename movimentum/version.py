@@ -1,7 +1,7 @@
 """The version. Every commit has its own: ``0.1.1.dev202611232155+g3f2a91c04`` is a state on the way to 0.1.1.
 
-In a checkout, git says which commit this is. What is built from it has the answer in the file ``VERSION`` beside this
-module. The build runs this file on its own, so it imports nothing of ours.
+In a checkout, git identifies the commit. In a build, the file ``VERSION`` beside this module has the answer. The build
+runs this file on its own, so it imports nothing of ours.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Fits whose requirements decide, by sequential quadratic programming (Nocedal & Wright, Numerical Optimization, 18).
-"""
+"""Fits whose requirements decide: sequential quadratic programming (Nocedal & Wright, Numerical Optimization, 18)."""
 
 from __future__ import annotations
 

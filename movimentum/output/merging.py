@@ -1,4 +1,4 @@
-"""Two people have changed one text: their changes together, line by line."""
+"""Merges two people's changes to one text, line by line."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""A step of a scene as a tower: the planned blocks in their order, each solved in exact terms.
+"""A step of a scene as a tower: the planned blocks in order, each solved in exact terms.
 
-Where a block is no chain of quotients and roots by itself, the drives are let go: all equations are taken together, and
-the unknowns that most others follow from become the parameters. Each pose of the film is a pose of that mechanism, too.
+Where a block by itself is not a chain of quotients and roots, the drives are dropped: all equations are taken together,
+and the unknowns on which most others depend become the parameters. Each pose of the film is a pose of that mechanism,
+too.
 """
 
 from __future__ import annotations

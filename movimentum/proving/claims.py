@@ -1,4 +1,4 @@
-"""What a claim says, as functions of a tower that are zero where it holds."""
+"""Claims as functions of a tower that are zero where the claim holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A group of polynomial equations made into steps of a tower: each unknown a quotient, or a root, of earlier ones."""
+"""Turns a group of polynomial equations into steps of a tower: each unknown a quotient or root of earlier ones."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Constants that are one float: whether they are one number, too.
+"""Proves whether constants that share one float are the same number.
 
-Expressions are compared and kept by their floats, so that of two constants with the same 16 digits one stands for both.
-A proof needs more: each is proved to be the other, or the claim is not proved.
+Expressions are compared and stored by their floats, so two constants with the same 16 digits are treated as one. A
+proof needs more: either the two are proved equal, or the claim is not proved.
 """
 
 from __future__ import annotations

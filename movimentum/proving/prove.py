@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a film."""
+"""Finds the verdicts on the claims of a film."""
 
 from __future__ import annotations
 

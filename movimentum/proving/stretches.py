@@ -1,7 +1,7 @@
-"""Which poses of a film a proof looks at, and the chains that are made there, which claims share.
+"""The poses of a film that a proof uses, and the chains made there, which claims share.
 
-A proof is about the part of the mechanism's variety that a pose lies on. Where two such parts meet (at a change point)
-the film may go on on another one: so there is a pose of each stretch between two change points.
+A proof is about the part of the mechanism's variety that a pose lies on. Where two such parts meet (at a change point),
+the film may continue on another one, so there is a pose for each stretch between two change points.
 """
 
 from __future__ import annotations

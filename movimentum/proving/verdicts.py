@@ -1,4 +1,4 @@
-"""Verdicts about claims."""
+"""The verdicts on claims."""
 
 from __future__ import annotations
 

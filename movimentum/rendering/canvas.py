@@ -1,4 +1,4 @@
-"""What the layers of a picture draw on: it keeps what is drawn, to be laid over the picture."""
+"""The canvas that layers draw on: it stores what is drawn, to be laid over the picture later."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The marks of a display list, as Pillow's painter draws them. Items are values: they are sent to other processes."""
+"""The marks of a display list as Pillow's painter draws them: values, which can be sent to other processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things that leave the canvas that the script gives, measured on what is drawn of them."""
+"""Things that leave the stated canvas, judged by what is drawn of them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A display list made ready: its images and texts are loaded, and it is known which rectangle of the world is shown.
+"""Prepares a display list: loads its images and texts, and decides which rectangle of the world is shown.
 
-Everything that can fail is done here, before a file is begun. All ways to draw a film begin with a `PreparedDrawing`.
+Everything that can fail is done here, before a file is begun. All renderers begin with a `PreparedDrawing`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""SVG drawings to pixels, by resvg in a process of its own: it cannot hang or bring down this one.
+"""SVG drawings to pixels, by resvg in a process of its own, so that it cannot hang or crash this one.
 
-A drawing is made of pixels once, at the size at which it is shown.
+Each drawing is rasterised once, at the size at which it is shown.
 """
 
 from __future__ import annotations

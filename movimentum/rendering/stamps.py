@@ -1,4 +1,4 @@
-"""What a picture is laid together from, and which rectangles of it are laid together anew."""
+"""The pieces that a picture is composed of, and the rectangles to compose again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures as terminals are sent them: the protocols of kitty and iTerm2, and sixel."""
+"""Encodes pictures for terminals: the protocols of kitty and iTerm2, and sixel."""
 
 from __future__ import annotations
 

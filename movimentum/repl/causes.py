@@ -1,4 +1,4 @@
-"""Commands that find the cause: what forbids a value, what it depends on, what mends the film, how it was solved."""
+"""Commands that find causes: what forbids a value, what it depends on, what repairs the film, how it was solved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expressions and conditions typed at the prompt, and what is said where they make no sense."""
+"""Expressions and conditions typed at the prompt, and the errors in them."""
 
 from __future__ import annotations
 

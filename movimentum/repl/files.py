@@ -1,4 +1,4 @@
-"""Commands about the script's file: what has changed, saving it, and reading it again."""
+"""Commands about the script's file: show changes, save, reload."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`help`: by what is wrong, and the list of commands."""
+"""`help`: by problem, and the list of commands."""
 
 from __future__ import annotations
 

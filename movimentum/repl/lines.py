@@ -1,5 +1,5 @@
-"""What is typed, as lines to carry out: lines that go on, several commands in one paste, files of commands; and the
-commands about lines that were typed or written before.
+"""Splits input into lines to run: continued lines, several commands in one paste, command files. Also has the commands
+about earlier lines.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Commands that choose the moment to look at, and those about the whole film, which go where a condition holds."""
+"""Commands that choose the moment to look at, and whole-film commands that go to where a condition holds."""
 
 from __future__ import annotations
 

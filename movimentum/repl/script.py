@@ -1,4 +1,4 @@
-"""Commands that show the script and change it line by line: what can be written into a script can be typed."""
+"""Commands that show the script and edit it line by line: any script text can be typed."""
 
 from __future__ import annotations
 

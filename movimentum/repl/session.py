@@ -1,8 +1,7 @@
-"""The state of a debugging session: a script as it was and as it is now, an instant, and what was typed before.
+"""The state of a debugging session: the original and the current script, an instant, and the lines typed so far.
 
-Answers with the data that they are the words for, and as JSON.
-
-What can be typed: commands, and the statements that are tried out.
+It also defines answers (words with the data behind them, also as JSON) and the kinds of input: commands, and statements
+to try out.
 """
 
 from __future__ import annotations

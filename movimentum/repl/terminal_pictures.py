@@ -1,4 +1,4 @@
-"""Pictures in terminals that can show them: the protocols of kitty and iTerm2, and sixel."""
+"""Shows pictures in terminals that support them: the protocols of kitty and iTerm2, and sixel."""
 
 from __future__ import annotations
 

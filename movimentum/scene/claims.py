@@ -1,4 +1,4 @@
-"""Claims, goals and requirements: what is said about results, read like constraints and kept apart from them."""
+"""Claims, goals and requirements: statements about results, read like constraints but kept separate."""
 
 from __future__ import annotations
 

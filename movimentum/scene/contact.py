@@ -1,7 +1,8 @@
-"""``.on(P, Curve)``, ``.where(P, Curve)``, ``.gap(A, B)`` and ``.roll(A, B)``: which things, and what is said of them.
+"""``.on(P, Curve)``, ``.where(P, Curve)``, ``.gap(A, B)`` and ``.roll(A, B)``: which things they name, and their
+values.
 
-Each is an expression of where the two are nearest (`outlines.nearest`). Where it is only read, that is found over the
-whole of both; an equation makes it an unknown of its own, which is followed.
+Each is an expression of where the two things are nearest (`outlines.nearest`). If it is only read, that place is
+searched for over the whole of both; in an equation it is an unknown of its own, which is followed.
 """
 
 from __future__ import annotations

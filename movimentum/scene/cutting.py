@@ -1,7 +1,7 @@
 """``Cam : .cut Roller .in Shaft``: things whose outline is what another thing cuts in a third one over the film.
 
-To know it the film is solved first without the profile and without what mentions it: so a statement about a profile
-never decides how the profile is cut. Then the profile is a curve that moves with the thing that is cut.
+To find it, the film is first solved without the profile and without statements that mention it, so a statement about a
+profile never affects how it is cut. Then the profile is a curve that moves with the thing that is cut.
 """
 
 from __future__ import annotations

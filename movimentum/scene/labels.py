@@ -1,4 +1,4 @@
-"""Texts with numbers, and what the camera shows: expressions in braces and in views, read like the sides of a claim."""
+"""Numbers in texts and camera views: expressions in braces and in `.view`, read like the sides of a claim."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How things look: what a definition says, else the theme, else the kind, decided here and nowhere else.
+"""How things look: from the definition, else the theme, else the kind, decided here and nowhere else.
 
-A script that says nothing about looks at all, and draws links only, looks like a figure of a textbook.
+A script that draws only links and states no looks at all looks like a textbook figure.
 """
 
 from __future__ import annotations

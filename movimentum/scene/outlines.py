@@ -1,4 +1,4 @@
-"""The outline of a thing as it is drawn, in its local frame."""
+"""The outline of a thing as drawn, in its local frame."""
 
 from __future__ import annotations
 

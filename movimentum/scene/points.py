@@ -1,4 +1,4 @@
-"""What things are drawn at or are about: the anchors, places, wheels and bodies that their definitions name."""
+"""The anchors, places, wheels and bodies that a thing's definition names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands behind a statement: `.pushes`, `.weak`, `.speed(…)`, and wishes for the least, the most, or to stay."""
+"""Suffixes of statements: `.pushes`, `.weak`, `.speed(…)`, and wishes for the least, the most, or to stay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reductions: one value of all that an expression has in the film, for goals and requirements."""
+"""Reductions: one value from all values of an expression in the film, for goals and requirements."""
 
 from __future__ import annotations
 

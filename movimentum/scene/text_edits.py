@@ -1,6 +1,6 @@
-"""Edits of a script: a statement more or less, another number or sign. The rest of its layout stays as it is.
+"""Edits of a script: add or remove a statement, change a number or sign, edit one copy of an array or part only.
 
-Edits of a script that change one copy only: of an array of things, or of a part.
+The layout of the rest stays as it is.
 """
 
 from __future__ import annotations

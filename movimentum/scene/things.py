@@ -1,4 +1,4 @@
-"""Definitions to things: shapes, anchors and options, and all errors in them."""
+"""Turns definitions into things: shapes, anchors and options, with all errors in them."""
 
 from __future__ import annotations
 

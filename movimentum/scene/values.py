@@ -1,4 +1,4 @@
-"""Values of numbers, and of what says motion in short: choices, ranges, transitions, places relative to a line."""
+"""Expressions for numbers, choices, ranges, transitions, and places relative to a line."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""A script in a page's terms: its things and statements with their places, its claims, its diagnostics, and what
-determines where something is.
-
-What a page draws of a script: its motion as films for the page's painter.
+"""What a page is told about a script: things and statements with their places, claims, diagnostics, what determines a
+position, and the motion as films for the page's painter.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Dragging in the picture: parts that are free follow the mouse, the others say why they do not."""
+"""Dragging in the picture: free parts follow the mouse, the others say why they do not."""
 
 from __future__ import annotations
 

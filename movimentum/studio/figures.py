@@ -1,4 +1,4 @@
-"""Tools for more than points and rods: plates, gears, curves, what follows others, texts, pictures, constants."""
+"""Tools beyond points and rods: plates, gears, curves, things that follow others, texts, pictures, constants."""
 
 from __future__ import annotations
 

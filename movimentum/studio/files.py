@@ -1,4 +1,4 @@
-"""The script's file and others beside it: read, watched, saved and opened; and the lists of the start page."""
+"""The script's file and others beside it: read, watch, save and open; also the lists on the start page."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
+"""Messages between a page and the server: JSON objects, each with its ``kind``, and a class for each kind.
 
-Those about the script that is being written are in `movimentum.studio.script_messages`, those about the files beside
-it in `movimentum.studio.script_messages`.
+Messages about the script, and about files beside it, are in `movimentum.studio.script_messages`.
 `movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
-characters (code points) from 0, coordinates are the world's (pixels, y up).
+characters (code points) from 0; coordinates are the world's (pixels, y up).
 """
 
 from __future__ import annotations

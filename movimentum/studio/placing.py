@@ -1,7 +1,4 @@
-"""Parts that are put elsewhere: their coordinates in the text become where a hand has left them.
-
-A script that is drawn on: what is where, and how statements and definitions are added to its text.
-"""
+"""Writes dragged positions into the text, and adds statements and definitions to a script that is drawn on."""
 
 from __future__ import annotations
 

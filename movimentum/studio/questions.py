@@ -1,7 +1,6 @@
-"""What a page asks: about a motion, and about names, completions and layout while somebody writes.
+"""Questions from a page: about a motion, and, while somebody types, about names, completions and layout.
 
-It has a thread of its own, so that answers come while the worker solves. Only questions about the newest text are
-answered.
+A thread of their own answers them while the worker solves. Only questions about the newest text are answered.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Films that a page asks for: of its script, and of what was done by hand; in a thread, with progress and cancel.
+"""Films that a page requests, of its script or of a recording: in a thread, with progress and cancel.
 
-The pictures of the start page, first still and then moving, made one by one while nobody does anything else.
+The start page's pictures are made here too, first stills and then films, one by one while nothing else runs.
 """
 
 from __future__ import annotations

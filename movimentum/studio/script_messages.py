@@ -1,4 +1,4 @@
-"""What a page and the server say to each other about the script that is being written, and files beside it."""
+"""Messages between a page and the server about the script, and the files beside it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Who may speak to the server, and which files a message may name.
+"""Decides who may talk to the server, and which files a message may name.
 
-The server listens on the loopback interface only. A page of another site that the user happens to visit could reach it
-there; so every request needs the token, which is in the URL that the command prints, the ``Host`` that the server has
-(a foreign name that resolves to 127.0.0.1 is refused), and no foreign ``Origin``.
+The server listens on the loopback interface only. A page of another site that the user visits could still reach it
+there. So every request needs the token, which is in the URL that the command prints, the server's own ``Host`` (a
+foreign name that resolves to 127.0.0.1 is refused), and no foreign ``Origin``.
 """
 
 from __future__ import annotations

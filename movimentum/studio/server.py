@@ -1,4 +1,4 @@
-"""The server: one page of files, and a socket for each page that is open."""
+"""The server: serves the page's files, and a socket for each open page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two sides of the studio's protocol, and what every message is."""
+"""The two sides of the studio's protocol, and the base of all messages."""
 
 from __future__ import annotations
 

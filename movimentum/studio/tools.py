@@ -1,7 +1,7 @@
-"""Drawing tools: what a hand draws becomes the text that a person would have written.
+"""Drawing tools: turn what a hand draws into the text that a person would have written.
 
-Every gesture is one edit of the text that leaves the rest of its layout alone. Points that are clicked are whole world
-pixels; places of what is there already are taken as they are.
+Every gesture is one edit of the text that leaves the rest of its layout alone. Clicked points are rounded to whole
+world pixels; positions of existing things are taken as they are.
 """
 
 from __future__ import annotations

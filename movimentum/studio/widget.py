@@ -1,4 +1,4 @@
-"""The studio as a widget of a notebook: its page talks with Python through the notebook's own channel, not a port."""
+"""The studio as a notebook widget: its page talks to Python through the notebook's own channel, not a port."""
 
 from __future__ import annotations
 

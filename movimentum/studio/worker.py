@@ -1,7 +1,7 @@
-"""What the server does for one page: a thread that reads, solves and examines one text after the other.
+"""The server's work for one page: a thread that reads, solves and examines one text after the other.
 
-The page owns the text. Each text it sends is answered stage by stage, the newest first: work on an older one is given
-up. What a hand does at the picture is answered in between, as soon as the motion is known.
+The page owns the text. Each text it sends is answered stage by stage, the newest first: work on an older one is
+cancelled. Drags are answered in between, as soon as the motion is known.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Running the LALR tables over a text: a contextual lexer, a stack, and no recursion."""
+"""Runs the LALR tables over a text: a contextual lexer, a stack, and no recursion."""
 
 from __future__ import annotations
 

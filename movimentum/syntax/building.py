@@ -1,4 +1,4 @@
-"""From the grammar's rules to tree nodes: one method for each rule, called while the parser reduces.
+"""Builds tree nodes from the grammar's rules: one method for each rule, called while the parser reduces.
 
 Nothing here recurses or keeps state. An error in a node is raised as `Refusal`.
 """

@@ -1,4 +1,4 @@
-"""What was probably meant where a constant, a part, a copy, a loop, a claim or a goal is misspelt."""
+"""Guesses the intended form of a misspelt constant, part, copy, loop, claim or goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nodes of expressions in the syntax tree, and ways to walk and to change them; see `syntax.tree`."""
+"""Expression nodes of the syntax tree, and ways to walk and change them; see `syntax.tree`."""
 
 from __future__ import annotations
 

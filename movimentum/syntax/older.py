@@ -1,7 +1,6 @@
-"""Spellings from the 2012 notes, from other languages and from mathematics, and how to write each of them here.
+"""Spellings from the 2012 notes, other languages and mathematics, with how to write each of them here.
 
-What people write first, before they have read how it is written: options without a dot, `if`, functions, other words
-for things.
+Also common first attempts: options without a dot, `if`, functions, other words for things.
 """
 
 from __future__ import annotations

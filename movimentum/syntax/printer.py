@@ -1,4 +1,4 @@
-"""Expressions and literals as scripts spell them: the text parses to an equal tree, and equal trees give equal text."""
+"""Prints expressions and literals as scripts spell them: the text parses to an equal tree, equal trees print alike."""
 
 from __future__ import annotations
 

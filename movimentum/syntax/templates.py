@@ -1,7 +1,7 @@
-"""Texts with numbers in them: ``'θ = {Crank.angle:.0f}°'``. Two braces in a row stand for one.
-``F_{12}`` and ``x^{2}`` have lower and raised letters, between marks of their own (see `movimentum.text`).
+"""Texts with numbers in them: ``'θ = {Crank.angle:.0f}°'``. A doubled brace stands for one. ``F_{12}`` and ``x^{2}``
+have subscripts and superscripts, between marks of their own (see `movimentum.text`).
 
-A field is an expression of the language and, behind a colon, a format of Python's.
+A field is an expression of the language and, after a colon, a Python format.
 """
 
 from __future__ import annotations

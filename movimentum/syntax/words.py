@@ -1,4 +1,4 @@
-"""The language's own words: functions with their number of arguments, and what may follow a vector."""
+"""The language's own words: functions with their number of arguments, and the suffixes of vectors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The record of a kind of thing, and the look that a thing has in the end."""
+"""The record for a kind of thing, and the final look of a thing."""
 
 from __future__ import annotations
 

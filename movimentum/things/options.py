@@ -1,7 +1,7 @@
-"""The options of things, and the arguments of their words: their names, and what may be written there.
+"""The options of things: their names, and the arguments that they take.
 
-An option that several kinds have is a constant here; one that a single kind has is in the module of that kind. How
-each form is read is in `movimentum.scene.options`.
+An option of several kinds is a constant here; one of a single kind is in the module of that kind.
+`movimentum.scene.options` reads each form.
 """
 
 from __future__ import annotations

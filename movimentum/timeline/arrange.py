@@ -1,4 +1,4 @@
-"""Scene to Timeline: when each constraint holds and for how long, and the times of the frames."""
+"""Scene to Timeline: when and for how long each constraint holds, and the times of the frames."""
 
 from __future__ import annotations
 

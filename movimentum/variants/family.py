@@ -1,4 +1,4 @@
-"""The variants of one script, solved together as far as they are alike, and the others one by one."""
+"""The variants of one script: solved together where they are alike, the others one by one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What measures mean for a script: expressions of its scene, lowered once for all variants of one structure."""
+"""Measures as expressions of a script's scene, lowered once for all variants of one structure."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
 """MeasureSet: one number for a variant, from expressions of the language that are reduced over time.
 
-``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and around
-reductions any expression of the language may stand. The grammar finds them; what they mean is left to the language: an
-expression is read as it would be in a claim of the first step.
-
-One value of those in many frames: what measures and goals do with them.
+``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and any
+expression of the language may contain reductions. The grammar finds them; the rest is read as in a claim of the first
+step. Goals use the same reductions.
 
 Frames without a value (nan) are left out. A least or greatest value is that of the first frame that has it.
 """

@@ -1,6 +1,6 @@
-"""`sweep`: many variants of one script, some at a time, and the table that they make.
+"""`sweep`: many variants of one script, in batches, and their table.
 
-Sweeps on a cluster: groups of variants go out, their rows come back.
+On a cluster, groups of variants go out and their rows come back.
 """
 
 from __future__ import annotations

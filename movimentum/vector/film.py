@@ -1,4 +1,4 @@
-"""A prepared drawing with its motion in all frames: what an SVG and a page are written from."""
+"""A prepared drawing with its motion in all frames, from which SVGs and pages are written."""
 
 from __future__ import annotations
 

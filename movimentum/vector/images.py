@@ -1,4 +1,4 @@
-"""The pictures of a film as data that stand in the file itself, each once: outlines of drawings, and pixels."""
+"""The images of a film embedded in the file, each once: outlines of drawings, and pixels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers, colours, places and elements of XML as texts; what changes over time as SVG's animations (SMIL)."""
+"""Formats numbers, colours, places and XML elements, and SVG animations (SMIL) of changing values."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A film as one HTML file that needs nothing else: the player, the display list, and the poses of all frames.
+"""A film as one self-contained HTML file: the player, the display list, and the poses of all frames.
 
-The page makes no request: its policy forbids all but its own script and style, known by their hashes, and pictures that
-stand in the file itself.
+The page makes no request: its policy forbids all but its own script and style, identified by their hashes, and pictures
+embedded in the file.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The parts of figures and symbols as elements of an SVG."""
+"""Parts of figures and symbols as SVG elements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Traces of an SVG: paths that grow, that fade, or that are there from the first frame on."""
+"""Traces in an SVG: paths that grow, fade, or are there from the first frame on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The elements of a still SVG of ours as the operators of a PDF's page."""
+"""Converts the elements of our still SVGs to PDF page operators."""
 
 from __future__ import annotations
 

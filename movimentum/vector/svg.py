@@ -1,7 +1,7 @@
 """A film as one SVG file: a still, or animated with SMIL, without a script.
 
-Everything is in world pixels, y up, inside one group that turns the picture over. Every frame's value holds until the
-next frame, as in a GIF: at each frame's time the picture is exactly that frame's, and nothing turns the long way round.
+Everything is in world pixels, y up, inside one group that flips the picture. Every value holds until the next frame, as
+in a GIF: at each frame's time the picture is exactly that frame's, and nothing turns the long way round.
 """
 
 from __future__ import annotations

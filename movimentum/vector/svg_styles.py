@@ -1,4 +1,4 @@
-"""What an SVG that is read has: shapes as lines and Bézier curves, how they look, and gradients, in pixels."""
+"""The content of an SVG that is read: shapes as lines and Bézier curves, their styles, and gradients, in pixels."""
 
 from __future__ import annotations
 

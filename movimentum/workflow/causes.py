@@ -1,5 +1,7 @@
-"""Finding the cause: what forbids a value, what it depends on, the smallest change that mends the film, and how a
-moment was solved. Limits of time are in the thread's processor time: what else the machine does has no influence.
+"""Finds causes: what forbids a value, what it depends on, the smallest change that repairs the film, and how a moment
+was solved.
+
+Time limits count the thread's processor time, so other work on the machine does not affect them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`check`: everything that can be said about a script without rendering it."""
+"""`check`: everything that can be reported about a script without rendering it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Workers of a Dask cluster: how one is reached, what it runs, and what can be wrong with it.
+"""Workers of a Dask cluster: how to reach them, what they run, and what can be wrong with them.
 
-The queue, the protocol and the dashboard are Dask's (`distributed`); here is what its users see of it.
+The queue, the protocol and the dashboard are Dask's (`distributed`); this is the user-facing part.
 """
 
 from __future__ import annotations

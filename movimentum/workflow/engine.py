@@ -1,8 +1,8 @@
 """Answers about a script while it is being written.
 
-An `Engine` is given one text after the other and keeps what still holds: of the same statements it shifts the places,
-of the same steps it takes over the motion, and of the same structure the plan. The result never depends on the texts
-before: it is that of a fresh start, to the last bit.
+An `Engine` is given one text after the other and reuses what still holds: it shifts the places of unchanged statements,
+and reuses the motion of unchanged steps and the plan of an unchanged structure. The result never depends on earlier
+texts: it is that of a fresh start, to the last bit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`import` and `export`: scripts from other programs' files, and the reverse."""
+"""`import` and `export`: scripts from other programs' files, and back."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """`run --dask`: frames drawn and encoded by the workers of a cluster, written here, in order.
 
-Poses go out, and not the text: solving takes a small part of the time that drawing takes, and a worker that solved
-would plan first. Pictures go out as they were read here, by the hash of their content, so no file can be missing there.
+Poses are sent out, not the text: solving takes a small part of the time for drawing, and a worker that solved would
+have to plan first. Pictures are sent as they were read here, by the hash of their content, so no file can be missing
+there.
 """
 
 from __future__ import annotations

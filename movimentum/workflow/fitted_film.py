@@ -1,4 +1,4 @@
-"""A film made to fit what a place takes: its size, rate, length and number of frames."""
+"""Fits a film to a place's limits: its size, rate, length and number of frames."""
 
 from __future__ import annotations
 

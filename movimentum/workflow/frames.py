@@ -1,4 +1,4 @@
-"""The frames that a command works on, and their poses in chunks."""
+"""The frames for a command, and their poses in chunks."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What can be asked about a script at one instant: answers as data, which each front end words for itself.
+"""Questions about a script at one instant: answers as data, which each front end words for itself.
 
-What is asked about an expression over the whole film: when it has a value, when a condition holds, extremes.
+Questions about an expression over the whole film are here too: when it has a value, when a condition holds, extremes.
 """
 
 from __future__ import annotations

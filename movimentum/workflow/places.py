@@ -1,4 +1,4 @@
-"""The places where films are shown: what each of them takes. One place is one record; `publish` does what it says."""
+"""The places where films are shown, and their limits. Each place is one record; `publish` applies it."""
 
 from __future__ import annotations
 

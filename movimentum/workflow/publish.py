@@ -1,4 +1,4 @@
-"""`run --for PLACE`: a film drawn as a place takes it, and what was chosen and why."""
+"""`run --for PLACE`: a film drawn within a place's limits, and what was chosen and why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files that a command reads: the script, and the pictures that it names."""
+"""Reads a command's files: the script, and the pictures that it names."""
 
 from __future__ import annotations
 

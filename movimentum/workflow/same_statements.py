@@ -1,6 +1,6 @@
-"""Texts that state the same: they differ in white space and comments between statements only.
+"""Recognises texts with the same statements: they differ only in white space and comments between statements.
 
-What was said about one is true of the other, at other places.
+Results for one are valid for the other, at other places.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Scripts that come with the program: one of each kind to start from, and the gallery. They are copied, never over
+"""Scripts that come with the program: one of each kind to start from, and the gallery. Copying them never overwrites
 anything.
 """
 

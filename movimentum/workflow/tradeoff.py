@@ -1,4 +1,4 @@
-"""`trade`: what accuracy costs and gains on a script."""
+"""`trade`: the costs and gains of accuracy for a script."""
 
 from __future__ import annotations
 

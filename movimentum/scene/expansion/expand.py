@@ -1,4 +1,4 @@
-"""Script to first-edition items: every copy, turn of a loop and constant written out, all steps in order of time."""
+"""Expands a script to first-edition items: copies, loops and constants written out, steps in order of time."""
 
 from __future__ import annotations
 

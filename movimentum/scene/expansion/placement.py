@@ -1,7 +1,7 @@
-"""How a copy of a part is placed, and what its statements say then.
+"""Where a copy of a part is placed, and how its statements change.
 
-A part's text is in a frame of its own, that of the part as it is written. A point p of it is at ``at + R(turned) M p``
-in the world, where M mirrors in the y axis or does nothing. So a placed copy moves like the part, carried along as a
+A part's text has a frame of its own, in which the part was written. A point p of it is at ``at + R(turned) M p`` in the
+world, where M mirrors in the y axis or is the identity. So a placed copy moves like the original, carried along as a
 picture would be.
 """
 

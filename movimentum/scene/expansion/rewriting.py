@@ -1,4 +1,4 @@
-"""Expressions with their names looked up: constants become numbers, paths such as ``S[2].A`` the names of things."""
+"""Resolves names in expressions: constants become numbers, paths such as ``S[2].A`` become names of things."""
 
 from __future__ import annotations
 

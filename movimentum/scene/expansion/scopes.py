@@ -1,4 +1,4 @@
-"""Where names are looked up: the script's scope, one for each copy of a part, and one for each turn of a loop."""
+"""Scopes for names: the script's, one for each copy of a part, and one for each turn of a loop."""
 
 from __future__ import annotations
 
