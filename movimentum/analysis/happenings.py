@@ -85,7 +85,7 @@ def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Something that happens at ``time`` between what pushes: the ``event`` is "begins", "ends", "changes" (it goes on
+    """A contact event at ``time``: the ``event`` is "begins", "ends", "changes" (it goes on
     at another place of the same outlines), "jams" or "undecided" (two corners meet, and may go on past either side of
     each other). ``things``: the names of the two whose outlines touch; nothing for another inequality. ``statement``:
     that which pushes. `Motion.contacts` lists them.

@@ -55,7 +55,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a script may cost before it is refused, given to `load` and `loads`.
+    """Limits above which a script is refused, for `load` and `loads`.
 
     ``frames`` of a film, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
     expression, ``digits`` for ``accuracy="exact"``.
@@ -223,7 +223,7 @@ _ELSEWHERE = frozenset({
     Choose.CERTIFY, Choose.DRIVE, Choose.FORMAT, Choose.HOLE, Choose.MAX_VARIANTS, Choose.OF, Choose.PLOT,
     Choose.RESUME, Choose.SECONDS, Choose.SHEET, Choose.SNAP, Choose.SNAP_ANGLE, Choose.THICKNESS,
 })  # fmt: skip
-"""What only the command line has."""
+"""Choices that only the command line has."""
 _CALLED = {Choose.DASK: "client", Choose.SET: "with_constants", Choose.OUTPUT: "path"}
 _NUMBERS = (Choose.AT, Choose.FPS, Choose.SCALE, Choose.WORKERS)
 

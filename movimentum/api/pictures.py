@@ -122,8 +122,8 @@ def shown(source: SourceText, solution: Solution, choices: Choices, said: Iterab
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LivingFigure:
-    """A figure whose constants are sliders and whose drive is a handle. It shows itself at the end of a cell, and needs
-    neither Python nor a network then. ``diagnostics``: everything that is to be said of it.
+    """A figure whose constants are sliders and whose drive is a handle. It shows itself at the end of a cell, and then
+    needs neither Python nor a network. ``diagnostics``: its warnings and notes.
     """
 
     name: str
@@ -138,7 +138,7 @@ class LivingFigure:
 
     @called
     def save(self, path: str | os.PathLike[str], /) -> Path:
-        """Write one page of HTML, which needs nothing else; `UsageError` where it cannot be written."""
+        """Write one page of HTML, which needs nothing else; raises `UsageError` if it cannot be written."""
         from movimentum.workflow.living import written_page
 
         return written_page(self.figure, Path(path), self.source)

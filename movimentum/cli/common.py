@@ -249,7 +249,7 @@ ON_FAILURE = click.option(
 DASK = click.option(
     "--dask",
     metavar="ADDRESS",
-    help="Have the work done by a Dask cluster: `local` or `local:N` (N processes on this machine), or a scheduler's "
+    help="Do the work on a Dask cluster: `local` or `local:N` (N processes on this machine), or a scheduler's "
     "address, such as tcp://scheduler:8786 (extra `cluster`).",
 )
 

@@ -130,7 +130,7 @@ Examples:
     "--thickness",
     type=FiniteRange(min=0, min_open=True),
     metavar="D",
-    help="How thick parts are, in pixels (stl); one pixel is a millimetre.",
+    help="Thickness of the parts in pixels (stl); one pixel is a millimetre.",
 )
 @click.option(
     "--hole",

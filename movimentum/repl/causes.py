@@ -43,7 +43,7 @@ def why_not(session: Session, text: str) -> Answer:
 
 @COMMANDS.add("certify")
 def certify(session: Session, argument: str) -> Answer:
-    """what is proved of the film: how exact it is, that it is one unbroken motion, bounds between frames"""
+    """what is proved about the film: how exact it is, that it is one unbroken motion, bounds between frames"""
     plain(argument, "certify")
     from movimentum.certifying.certificate import certificate
     from movimentum.certifying.wording import as_data, certificate_diagnostics, certificate_text
@@ -115,7 +115,7 @@ def _vector(rates: tuple[float, ...]) -> str:
 
 @COMMANDS.add("trace")
 def trace(session: Session, argument: str) -> Answer:
-    """how this moment was solved: what was found after what, from which lines, and where there was a choice"""
+    """how this moment was solved: in which order, from which lines, and where there was a choice"""
     plain(argument, "trace")
     from movimentum.workflow import causes
 

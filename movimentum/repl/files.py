@@ -86,7 +86,7 @@ def _difference(before: str, after: str, name: str) -> str:
 
 @COMMANDS.add("write [--merge | --force] [FILE]")
 def write(session: Session, argument: str) -> Answer:
-    """save the script; what others have changed in its file meanwhile is never lost: it is merged, or you are asked"""
+    """save the script; other changes to its file are never lost: they are merged, or you are asked"""
     given = re.fullmatch(r"\s*(?:--(merge|force)(?=\s|$))?\s*(.*?)\s*", argument, re.DOTALL)
     assert given is not None
     how, name = given[1] or "", given[2] or session.file
@@ -124,7 +124,7 @@ def write(session: Session, argument: str) -> Answer:
 
 @COMMANDS.add("reload")
 def reload(session: Session, argument: str) -> Answer:
-    """take the script as its file has it now; `undo` brings yours back"""
+    """reload the script from its file; `undo` brings yours back"""
     plain(argument, "reload")
     if session.file.startswith("<"):
         raise refused("file", "the script came from standard input: it cannot be read again")
