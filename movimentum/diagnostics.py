@@ -38,6 +38,7 @@ class Label:
 @dataclass(frozen=True, slots=True)
 class Fix:
     """A help as an edit of the script: ``edits``, which are made together, under a ``title``.
+
     Fixes in a new diagnostic are only proposals. `movimentum.workflow.fixes` tries them; only a fix that has been
     ``tried`` and works (the diagnostic goes away and no error is added) is shown or written to JSON. The title is the
     text of the help, or describes the change if the help covers several fixes at once.
@@ -82,7 +83,7 @@ class Diagnostic:
     fixes: tuple[Fix, ...] = ()
 
     def advised(self, *advice: str | Fix) -> Diagnostic:
-        """This diagnostic with more helps. A `Fix` is shown as a help too; several may share a title."""
+        """A copy with more helps. A `Fix` is shown as a help too; several may share a title."""
         helps = dict.fromkeys((*self.helps, *(item.title if isinstance(item, Fix) else item for item in advice)))
         fixes = (item for item in advice if isinstance(item, Fix))
         return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))

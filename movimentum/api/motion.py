@@ -152,7 +152,8 @@ class Motion:
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Warnings and notes (with ``on_failure`` "hold" or "skip", errors), and the accuracy of the frames solved so
-        far."""
+        far.
+        """
         found, notes = afterwards(self.solution, Choices())
         return Diagnostics(in_python((*found, *(note for note in notes if note not in found))), self.script.source)
 
@@ -190,6 +191,7 @@ class Motion:
     @called
     def acceleration(self, name: str) -> FloatArray:
         """(F,) or (F, 2): the second time derivative; see `velocity`.
+
         Free motion that no wish pulls has one too. Motion that a wish pulls has none and raises `UsageError`
         (``usage/no-acceleration``).
 
@@ -278,7 +280,9 @@ class Motion:
     @called
     def save(self, path: str | os.PathLike[str], *, frames: Frames | None = None) -> Written:
         """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, with one row for
-        each frame. With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for
+        each frame.
+
+        With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for
         other suffixes, and if the file cannot be written.
 
         >>> import movimentum as mv, tempfile, os
@@ -335,7 +339,9 @@ class Motion:
         ``lossy`` (levels, of a GIF), ``text`` ("outlines", "live": of an SVG or a PDF), ``workers`` (processes).
         ``for_`` a place ("wikipedia", "slides", "latex", "web", "social") chooses the scale, the rate, and the format
         if ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and ``on_failure`` default to those of the motion;
-        if given, the motion is solved again for this picture. Raises `UsageError` for choices that do not fit together,
+        if given, the motion is solved again for this picture.
+
+        Raises `UsageError` for choices that do not fit together,
         and if the file cannot be written.
 
         >>> import movimentum as mv, tempfile, os
@@ -362,7 +368,7 @@ class Motion:
         strict: bool | None,
         on_failure: FailurePolicy | FailureWord | None,
     ) -> Motion:
-        """This motion, or one with other choices."""
+        """Itself, or a motion with other choices."""
         if fps is None and accuracy is None and strict is None and on_failure is None:
             return self
         choices = self.choices if strict is None else replace(self.choices, strict=strict)

@@ -215,6 +215,7 @@ Interval = tuple[float, float]
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit:
     """The result of a fit. `Script.fit` makes it; it never changes.
+
     ``constants`` are the fitted ones, by name. Lengths are in the script's pixels, angles in degrees.
 
     >>> import movimentum as mv
@@ -261,7 +262,8 @@ class Fit:
     @property
     def cost(self) -> float | None:
         """The sum over all goals of their mean square errors, less values to be largest, times their weights; None if
-        nothing moves. """
+        nothing moves.
+        """
         from movimentum.fitting.summary import cost_of
 
         return cost_of(self._found, self._found.last)
@@ -298,7 +300,8 @@ class Fit:
     @called
     def save(self, path: str | os.PathLike[str]) -> Written:
         """Write `text` to a file, with picture paths relative to it; never over a file that the script reads
-        (`UsageError`)."""
+        (`UsageError`).
+        """
         from movimentum.fitting.output import with_constants
         from movimentum.output.files import refuse_overwriting, whole_file
         from movimentum.workflow.read import reads

@@ -62,6 +62,7 @@ def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **consta
 @called
 def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **constants: object) -> Script:
     """The script ``text``; otherwise like `load`.
+
     Messages show ``name``; if it is a path, pictures are found from its folder.
 
     >>> import movimentum as mv
@@ -133,6 +134,7 @@ class Script(UnderstoodScript):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Everything that `movimentum check` reports: errors, warnings and notes, with places, notes and helps.
+
         Solves the script (once). Raises nothing: errors are in the list.
 
         >>> import movimentum as mv
@@ -264,6 +266,7 @@ class Script(UnderstoodScript):
         (least, most), or None for its `.range`; by default, all constants that have a `.range` and were not set.
         ``effort``: use this many times the usual number of starts; ``every``: look for all solutions, see `Fit.others`.
         ``client``: a `distributed.Client` whose workers search. The result does not depend on the machines.
+
         Requirements that cannot be met are not an error: see `Fit.met`. Raises `UsageError` for a script without goals
         or constants to fit.
         """

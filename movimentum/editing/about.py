@@ -140,7 +140,7 @@ def renamed(project: Project, path: str, offset: int, name: str) -> Mapping[str,
     """
     use = renamable(project, path, offset)
     if use is None or use.symbol is None:
-        raise script_error("edit/name", "what stands here has no name of its own")
+        raise script_error("edit/name", "there is no name here")
     if _NAME.fullmatch(name) is None:
         message = f"`{name}` is not a name: names have letters, digits and `_`, and begin with a letter"
         raise script_error("edit/name", message, "for example `Rod2`")

@@ -121,7 +121,7 @@ def read(session: Session, argument: str) -> Answer:
         raise refused("argument", "`read` needs a file of commands", "read commands.txt")
     path = os.path.realpath(os.path.expanduser(name))
     if path in session.reading or len(session.reading) >= MOST_NESTED:
-        raise refused("file", f"`{name}` is being read already: it would read itself for ever", "help read")
+        raise refused("file", f"`{name}` is being read already: it would read itself endlessly", "help read")
     text = read_text(os.path.expanduser(name)).text
     kept = "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
     if not kept.strip():

@@ -193,7 +193,7 @@ def _run(session: Session) -> Answer:
     ]
     if not begins:
         after, said = moved(session, session.work.timeline.end)
-        return after, f"no break comes to hold\n{said}"
+        return after, f"no breakpoint is reached\n{said}"
     time, text = min(begins)
     after, said = moved(session, time)
     return after, f"`{text}` comes to hold\n{said}"
@@ -204,7 +204,7 @@ def break_when(session: Session, argument: str) -> Answer:
     """stop `run` where it comes to hold; alone: forget all breaks"""
     words = argument.split(None, 1)
     if not words:
-        return replace(session, breaks=()), "there are no breaks any more"
+        return replace(session, breaks=()), "there are no breakpoints any more"
     if len(words) != 2 or words[0] != "when":
         raise refused("argument", "`break` needs a condition", "break when Rod.B.x = 300")
     text = words[1].strip().removesuffix(";")
@@ -246,7 +246,7 @@ def watch(session: Session, argument: str) -> Answer:
     """show an expression with every prompt, and after every move; alone: stop watching"""
     text = argument.strip()
     if not text:
-        return replace(session, watches=()), "nothing is watched any more"
+        return replace(session, watches=()), "nothing is watched now"
     shown = shown_values(session, (text,))
     watches = tuple(dict.fromkeys((*session.watches, text)))
     return replace(session, watches=watches), shown

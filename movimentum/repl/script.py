@@ -69,7 +69,7 @@ def edit(session: Session, argument: str) -> Answer:
     text = given[2]
     if text is None:
         if session.ask is None:
-            raise refused("argument", "`edit LINE` needs its text where nobody can be asked", f"edit {number} TEXT")
+            raise refused("argument", "`edit LINE` needs its text: no terminal can ask for it", f"edit {number} TEXT")
         text = session.ask(f"line {number} is `{source.line(number)}`; new text: ")
         if not text:
             return session, "nothing is changed"

@@ -209,7 +209,7 @@ def followed(label: Thing, node: Expression, table: ThingTable, findings: Findin
     kind = table.things[number].kind
     message = ""
     if label.anchors or label.through:
-        message = f"`{label.name}` stands at an anchor, and along `{name}` too"
+        message = f"`{label.name}` is at an anchor, and along `{name}` too"
     elif not kind.followed:
         message = f"`{name}` is {table.things[number].called}, which is no curve"
     elif "{" in raised(label.text or "").replace("{{", ""):

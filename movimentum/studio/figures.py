@@ -178,7 +178,7 @@ def constant(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     """A constant with a slider: ``names[0]``, its value ``points[0][0]``, its range ``points[1]``."""
     name = names[0].strip()
     if not re.fullmatch(r"[A-Za-z]\w*", name) or sketch.new_name([name, ""]) != name:
-        raise NothingToDo(f"`{name}` is no new name")
+        raise NothingToDo(f"`{name}` is not a valid new name")
     low, high = sorted(points[1])
     value = min(max(points[0][0], low), high)
     line = f".let {name} = {number_text(value)} .range({number_text(low)}, {number_text(high)});"

@@ -62,7 +62,7 @@ def keep(sketch: Sketch, names: Names, _points: Spots) -> Sketch:
     if not edits:
         raise NothingToDo(words[0] if words else "everything is as drawn already")
     after = sketch.to(edited(sketch.text, edits))
-    return replace(after, places=None, words=words[0] if words else "The definitions say this pose now.")
+    return replace(after, places=None, words=words[0] if words else "The definitions now have this pose.")
 
 
 def chosen(sketch: Sketch, names: Names) -> list[Thing]:

@@ -312,7 +312,7 @@ class Assistant:
     def _name(self, asked: m.NamingAsked) -> None:
         use = about.renamable(self._project, self._path, asked.place)
         if use is None or use.symbol is None:
-            words = "What stands here has no name of its own: go to the name of a thing, an anchor or a value."
+            words = "There is no name here: move the cursor to the name of a thing, an anchor or a value."
             self._send(m.NamingTold(asked.rev, asked.place, "", [], words))
             return
         uses = [each.piece for each in self._project.all_uses(use.symbol) if each.path == self._path]

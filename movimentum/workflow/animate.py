@@ -81,7 +81,7 @@ def animate(
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))
     if not any(len(chunk.frames) for chunk in poses):
-        message = "none of the frames asked for has a solution"
+        message = "none of the requested frames has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
     every = PoseChunks(motion, range(timeline.frame_count), skip, drawn=True)
     scene, poses, every, options = _on_backdrop(scene, poses, every, options)

@@ -92,7 +92,7 @@ class _Publishing:
             if written is not None:
                 return self._told(taken, shape, *written, said, passed)
             passed.append(f"as {_format(taken)} it would have more than {(taken.weight or 0) / 1e6:g} MB")
-        raise AssertionError("the last format is taken in any case")
+        raise AssertionError("the last format is accepted in any case")
 
     def _shape(self) -> FilmShape:
         timeline, picture = self.solution.motion.timeline, self.picture
@@ -203,9 +203,7 @@ class _Publishing:
         )
         more = [*said, *self._broken(made)]
         if taken.weight is not None and done.target.is_file() and (size := done.target.stat().st_size) > taken.weight:
-            message = (
-                f"{self.place.called}: the file has {size / 1e6:.1f} MB, and {taken.weight / 1e6:g} at most are taken"
-            )
+            message = f"{self.place.called}: the file has {size / 1e6:.1f} MB, and the limit is {taken.weight / 1e6:g}"
             more.append(Diagnostic(LIMIT, Severity.WARNING, message, helps=(Choose.FRAMES.to("0:50"),)))
         own = ("render/gif-area", "render/weight")  # the place has said what it takes
         rest = tuple(item for item in done.diagnostics if item.code not in own)

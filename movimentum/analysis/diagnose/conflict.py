@@ -159,13 +159,11 @@ def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnost
     return Diagnostic(
         code="constraint/conflict",
         severity=Severity.ERROR,
-        message=f"these circles have one centre at t = {when}, and their gap is another: by {number(off)}",
+        message=f"these circles are concentric at t = {when}, and their gap is off by {number(off)}",
         span=item.span,
         label=f"off by {number(off)}",
         labels=tuple(Label(plan.system.scene.things[thing].name_span, "a circle") for thing in discs),
-        notes=(
-            "about one centre their gap is the same whichever way one looks: nothing moves them to where they touch",
-        ),
+        notes=("the gap of concentric circles is the same in all directions, so no motion makes them touch",),
     ).advised("leave one of the centres free, or move it")
 
 
