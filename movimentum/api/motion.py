@@ -151,9 +151,7 @@ class Motion:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Warnings and notes (with ``on_failure`` "hold" or "skip", errors), and the accuracy of the frames solved so
-        far.
-        """
+        """Warnings and notes (errors too with ``on_failure`` "hold" or "skip"), and the accuracy of frames so far."""
         found, notes = afterwards(self.solution, Choices())
         return Diagnostics(in_python((*found, *(note for note in notes if note not in found))), self.script.source)
 

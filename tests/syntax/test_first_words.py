@@ -24,7 +24,7 @@ BAR = "R : .bar A=[0,0] B=[9,0]"
         ("f(x) = x^2; @0", "you cannot define functions"),
         (f"{BAR}; @0 speed(t, u) = 3;", "you cannot define functions"),
         (f"{BAR}; .label('A') R.A; @0", "a thing has a name: `A : .label…`"),
-        (f"{BAR}; L : .label(R.A); @0", "the text is in quotes"),
+        (f"{BAR}; L : .label(R.A); @0", "put the text in quotes"),
         (f"{BAR}; L : .area R; @0", "name one of its anchors: `R.P`"),
         (f"{BAR}; L : .graph R.A.x at=[0,0]; @0", "write `.graph(R.A.x)`"),
     ],
