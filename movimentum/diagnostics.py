@@ -89,7 +89,7 @@ class Diagnostic:
         return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))
 
     def _repr_html_(self) -> str:
-        return told_html([replace(self, span=None, labels=())], None)
+        return diagnostics_html([replace(self, span=None, labels=())], None)
 
 
 class Diagnostics(tuple[Diagnostic, ...]):
@@ -103,10 +103,10 @@ class Diagnostics(tuple[Diagnostic, ...]):
         return made
 
     def _repr_html_(self) -> str | None:
-        return told_html(self, self.source) if self else None
+        return diagnostics_html(self, self.source) if self else None
 
 
-def told_html(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> str:
+def diagnostics_html(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> str:
     """Diagnostics as in a terminal, as HTML; nothing for none."""
     from movimentum.markup import text_html
 

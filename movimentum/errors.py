@@ -43,9 +43,9 @@ class MovimentumError(Exception):
 
     def __str__(self) -> str:
         shown = [item for item in self.diagnostics if item.severity is not Severity.NOTE] or self.diagnostics
-        return self._told(shown)
+        return self._rendered(shown)
 
-    def _told(self, some: Iterable[Diagnostic], *, color: bool = False) -> str:
+    def _rendered(self, some: Iterable[Diagnostic], *, color: bool = False) -> str:
         return render_text(some, self.source or SourceText("movimentum", ""), color=color).rstrip("\n")
 
     def _render_traceback_(self) -> list[str]:
@@ -56,12 +56,12 @@ class MovimentumError(Exception):
         own = os.path.dirname(os.path.abspath(__file__))
         outside = [item for item in traceback.extract_tb(self.__traceback__) if not item.filename.startswith(own)]
         lines = [f"line {outside[-1].lineno}: {outside[-1].line}"] if outside and outside[-1].line else []
-        return [*lines, *self._told(self.diagnostics, color=not os.environ.get("NO_COLOR")).split("\n")]
+        return [*lines, *self._rendered(self.diagnostics, color=not os.environ.get("NO_COLOR")).split("\n")]
 
     def _repr_html_(self) -> str:
         from movimentum.markup import text_html
 
-        return text_html(self._told(self.diagnostics, color=True))
+        return text_html(self._rendered(self.diagnostics, color=True))
 
 
 class ScriptError(MovimentumError):

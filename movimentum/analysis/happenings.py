@@ -47,15 +47,15 @@ def contact_events(motion: PathMotion) -> list[ContactEvent]:
                 for event in track.events:
                     if event.tau > piece.end:
                         continue
-                    told = ContactEvent(start + float(event.tau), event.happening, event.push, event.things)
+                    contact = ContactEvent(start + float(event.tau), event.happening, event.push, event.things)
                     if event.happening is Happening.BEGINS:
-                        now[told.pair] = None
-                        if told.pair in touching and event.tau <= piece.begin:
-                            del touching[told.pair]
+                        now[contact.pair] = None
+                        if contact.pair in touching and event.tau <= piece.begin:
+                            del touching[contact.pair]
                             continue
                     elif event.happening is Happening.ENDS:
-                        now.pop(told.pair, None)
-                    found.append(told)
+                        now.pop(contact.pair, None)
+                    found.append(contact)
         found += [ContactEvent(start, Happening.ENDS, *pair) for pair in touching if pair not in now]
         touching = dict.fromkeys(now, 0.0)
     order = list(Happening)

@@ -267,15 +267,15 @@ def _keyword(option: Choose, value: str) -> str:
 def in_python(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Diagnostics that name keywords where the command line has options."""
 
-    def told(text: str) -> str:
+    def in_words(text: str) -> str:
         return text.worded(_in_python) if isinstance(text, Advised) else text
 
     return tuple(
         replace(
             item,
-            message=told(item.message),
-            notes=tuple(map(told, item.notes)),
-            helps=tuple(dict.fromkeys(map(told, item.helps))),
+            message=in_words(item.message),
+            notes=tuple(map(in_words, item.notes)),
+            helps=tuple(dict.fromkeys(map(in_words, item.helps))),
         )
         for item in items
     )

@@ -123,7 +123,7 @@ class Motion:
         from movimentum.workflow.frames import PoseChunks
 
         skip = self.choices.on_failure == FailurePolicy.SKIP
-        return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).held()
+        return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).in_memory()
 
     @cached_property
     def _moments(self) -> tuple[IntArray, FloatArray, BoolArray]:
@@ -288,7 +288,7 @@ class Motion:
         ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
         50
         """
-        from movimentum.api.results import Written, silent
+        from movimentum.api.results import Written, no_progress
         from movimentum.interop.tables import SUFFIXES
         from movimentum.workflow.tabulate import tabulate
 
@@ -297,7 +297,7 @@ class Motion:
             raise usage_error("usage/format", f"{target}: a table ends in one of {', '.join(SUFFIXES)}")
         source = self.script.source
         with errors_in(source):
-            outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
+            outcome = tabulate(source, target, self.choices, frame_choice(frames), no_progress, self.solution)
         return Written(target, outcome.frames, in_python(outcome.diagnostics))
 
     # --- pictures

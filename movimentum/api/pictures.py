@@ -22,8 +22,8 @@ from movimentum.api.arguments import (
     whole,
     words,
 )
-from movimentum.api.results import Written, silent
-from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, told_html
+from movimentum.api.results import Written, no_progress
+from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, diagnostics_html
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass
 from movimentum.source import SourceText
@@ -88,7 +88,7 @@ class DrawingAsked:
         """See `Motion.render`."""
         from movimentum.workflow.animate import animate
 
-        arguments = (self.source, self.target, self.choices, self.picture, silent, self.solution)
+        arguments = (self.source, self.target, self.choices, self.picture, no_progress, self.solution)
         with errors_in(self.source):
             if place is None:
                 outcome = animate(*arguments)
@@ -117,7 +117,7 @@ def shown(source: SourceText, solution: Solution, choices: Choices, said: Iterab
         film = player_html(source, solution, choices)
     except MovimentumError as error:
         film, worse = "", (*worse, *in_python(error.diagnostics))
-    return film + told_html(worse, source)
+    return film + diagnostics_html(worse, source)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,7 +147,7 @@ class LivingFigure:
         from movimentum.notebook.player import figure_html
 
         worse = [item for item in self.diagnostics if item.severity is not Severity.NOTE]
-        return figure_html(self.figure) + told_html(worse, self.source)
+        return figure_html(self.figure) + diagnostics_html(worse, self.source)
 
     def __repr__(self) -> str:
         return f"LivingFigure({self.name}: {', '.join(self.constants)})"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from movimentum.api.arguments import called, errors_in_python, in_python
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, told_html
+from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, diagnostics_html
 from movimentum.errors import UnknownNameError, usage_error
 from movimentum.records import dataclass, fields
 from movimentum.syntax.suggest import nearest
@@ -72,7 +72,7 @@ def _pandas() -> Any:
         raise ImportError("to_dataframe() needs pandas: pip install pandas", name="pandas") from problem
 
 
-def silent(done: int, total: int) -> None:
+def no_progress(done: int, total: int) -> None:
     """Nobody watches the progress."""
 
 
@@ -329,7 +329,7 @@ class Fit:
         from movimentum.fitting.summary import fit_text
         from movimentum.markup import text_html
 
-        return text_html(fit_text(self._found)) + told_html(self.diagnostics, self._scene.source)
+        return text_html(fit_text(self._found)) + diagnostics_html(self.diagnostics, self._scene.source)
 
     def __repr__(self) -> str:
         from movimentum.fitting.summary import constants_text

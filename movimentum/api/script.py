@@ -22,7 +22,7 @@ from movimentum.api.arguments import (
 )
 from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
-from movimentum.diagnostics import Diagnostic, Diagnostics, limited, told_html
+from movimentum.diagnostics import Diagnostic, Diagnostics, diagnostics_html, limited
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
@@ -356,7 +356,7 @@ class Script(UnderstoodScript):
         try:
             solution = accepted(self, choices)
         except MovimentumError:
-            return told_html(said, self.source)
+            return diagnostics_html(said, self.source)
         return shown(self.source, solution, choices, said)
 
     def __repr__(self) -> str:

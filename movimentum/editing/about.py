@@ -56,10 +56,10 @@ def about(project: Project, path: str, offset: int, facts: Callable[[str], Facts
     piece = holding(outline.pieces, offset)
     if piece is None or piece.kind != "word":
         return None
-    told = word_help(piece.text[1:], member=False)
-    if not told:
+    helps = word_help(piece.text[1:], member=False)
+    if not helps:
         return None
-    return About(Span(piece.start, piece.end), told[0][0], tuple(words for _, words in told if words))
+    return About(Span(piece.start, piece.end), helps[0][0], tuple(words for _, words in helps if words))
 
 
 def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Facts]) -> About | None:
@@ -71,7 +71,7 @@ def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Fac
         if use.owner is None or use.piece.text not in MEMBER_HELP:
             return None
         written, words = MEMBER_HELP[use.piece.text]
-        return About(span, written, tuple(filter(None, [words, *_told(name, known)])))
+        return About(span, written, tuple(filter(None, [words, *_fact_lines(name, known)])))
     file = project.outline(symbol.path)
     text = "" if file is None else " ".join(file.text[symbol.whole.start : symbol.whole.end].split())
     if symbol.kind in ("variable", "index", "parameter") or not text:
@@ -80,10 +80,10 @@ def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Fac
     what = f"**{symbol.name}**: {described(symbol)}"
     if symbol.path != path:
         what += f" (of {symbol.path.replace(chr(92), '/').rpartition('/')[2]})"
-    return About(span, written, tuple(filter(None, [what, symbol.note, *_told(name, known)])))
+    return About(span, written, tuple(filter(None, [what, symbol.note, *_fact_lines(name, known)])))
 
 
-def _told(name: str, known: Facts) -> list[str]:
+def _fact_lines(name: str, known: Facts) -> list[str]:
     found: list[str] = []
     if known.value:
         found.append(f"At the beginning: `{name}` = {known.value}")

@@ -150,7 +150,7 @@ def _found(project: Project, outline: TextOutline, place: _Place) -> Iterator[Pr
         yield from (_symbol(each, span, f"{each.name}()") for each in parts)
         return
     if not before or (last is not None and last.kind == "sign" and last.text in ("@",)):
-        yield from (_word(f".{word}", "word", span, told) for word, told in ITEMS.items())
+        yield from (_word(f".{word}", "word", span, help_texts) for word, help_texts in ITEMS.items())
     for symbol in _visible(project, outline, place).values():
         if symbol.kind != "part":
             yield _symbol(symbol, span)
@@ -207,11 +207,11 @@ def _members(
         yield _symbol(symbol, span)
     for word in builtin_members(owner):
         if word not in own:
-            written, told = MEMBER_HELP[word]
-            yield Proposal(word, "member", span, word, written, told)
+            written, help_texts = MEMBER_HELP[word]
+            yield Proposal(word, "member", span, word, written, help_texts)
     if owner is None or owner.kind in ("anchor", "variable", "constant", "parameter"):
-        written, told = MEMBER_HELP["r"]
-        yield Proposal("r", "function", span, "r(", written, told)
+        written, help_texts = MEMBER_HELP["r"]
+        yield Proposal("r", "function", span, "r(", written, help_texts)
 
 
 def _depth(pieces: list[Lexeme]) -> int:
@@ -223,7 +223,7 @@ def _dotted(before: list[Lexeme], span: Span) -> Iterator[Proposal]:
     texts = [piece.text for piece in before]
     first = texts[0] if texts else ""
     if not before or _only_a_time(before):
-        yield from (_word(f".{word}", "word", span, told) for word, told in ITEMS.items())
+        yield from (_word(f".{word}", "word", span, help_texts) for word, help_texts in ITEMS.items())
         yield from _values(span)
         return
     if texts[-1] == ":" and "{" not in texts:
@@ -271,13 +271,13 @@ def _only_a_time(before: list[Lexeme]) -> bool:
 
 def _values(span: Span) -> Iterator[Proposal]:
     for word in (*FUNCTIONS, *SYNONYMS):
-        written, told = function_help(word)
-        yield Proposal(f".{word}", "function", span, f".{word}(", written, told)
-    yield from (_word(f".{word}", "clock", span, told) for word, told in CLOCK_HELP.items())
+        written, help_texts = function_help(word)
+        yield Proposal(f".{word}", "function", span, f".{word}(", written, help_texts)
+    yield from (_word(f".{word}", "clock", span, help_texts) for word, help_texts in CLOCK_HELP.items())
 
 
-def _word(label: str, kind: str, span: Span, told: tuple[str, str]) -> Proposal:
-    return Proposal(label, kind, span, label, *told)
+def _word(label: str, kind: str, span: Span, help_texts: tuple[str, str]) -> Proposal:
+    return Proposal(label, kind, span, label, *help_texts)
 
 
 def _symbol(symbol: Symbol, span: Span, text: str | None = None) -> Proposal:

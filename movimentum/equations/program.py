@@ -27,7 +27,7 @@ RESERVED = frozenset(WORDS.split())
 
 
 @dataclass(frozen=True, slots=True)
-class KeptConstant:
+class ConstantSymbol:
     """The payload of a symbol for a constant that keeps its name."""
 
     name: str

@@ -109,9 +109,9 @@ def dxf_script(source: SourceText, title: str) -> tuple[str, tuple[Diagnostic, .
     if not things:
         message = f"{source.path} has no lines, polylines or circles in its model space"
         raise ScriptError([Diagnostic("import/dxf", Severity.ERROR, message)])
-    told = [f"{count} × {kind}: a script has no counterpart" for kind, count in sorted(skipped.items())]
-    told += [f"`{thing.name}`: {thing.lost}" for thing in things if thing.lost]
-    return _script(things, title), tuple(Diagnostic("import/left-out", Severity.WARNING, each) for each in told)
+    messages = [f"{count} × {kind}: a script has no counterpart" for kind, count in sorted(skipped.items())]
+    messages += [f"`{thing.name}`: {thing.lost}" for thing in things if thing.lost]
+    return _script(things, title), tuple(Diagnostic("import/left-out", Severity.WARNING, each) for each in messages)
 
 
 def _take(entity: Any, drawn: _Layer) -> bool:

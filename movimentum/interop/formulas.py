@@ -280,8 +280,8 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
         if value.ndim > (1 if letter == "P" else 0)
     }
     if len(set(counts.values())) > 1:
-        told = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
-        raise error_at("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
+        counts_text = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
+        raise error_at("formula/counts", f"{formula}: different numbers of values: {counts_text}", formula.span)
 
 
 def _unreachable(formula: Formula, fault: Fault, rows: NDArray[np.bool_]) -> Diagnostic:

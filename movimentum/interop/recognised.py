@@ -76,7 +76,7 @@ class FileKind(StrEnum):
     DXF = "dxf"
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The format's name in a sentence."""
         return {
             "linkage": "a linkage file",
@@ -156,6 +156,6 @@ def not_a_script(source: SourceText) -> Diagnostic | None:
     return Diagnostic(
         "syntax/foreign",
         Severity.ERROR,
-        f"{source.path} is {kind.told} and not a script",
+        f"{source.path} is {kind.description} and not a script",
         helps=(f"movimentum import {typed(source.path)} -o {typed(target)}",),
     )

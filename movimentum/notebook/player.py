@@ -47,12 +47,12 @@ def player_html(source: SourceText, solution: Solution, choices: Choices) -> str
     size = film.prepared.view
     still = _still(source, solution, choices, min(1.0, STILL_PIXELS / max(size.width, size.height)))
     label = html.escape(film.title)
-    told = f'<div style="opacity: .7">of {step} frames, one is shown</div>' if step > 1 else ""
+    note = f'<div style="opacity: .7">of {step} frames, one is shown</div>' if step > 1 else ""
     return (
         # the attribute tells JupyterLab that keys pressed here are not its own
         f'<div data-movimentum-film="{base64.b64encode(packed).decode("ascii")}" data-lm-suppress-shortcuts="true">'
         f'<img src="{still}" alt="{label}" style="max-width: 100%"></div>'
-        f"{told}<script>{_script(shipped('painter.js', 'player.js'), shipped('player.css'))}</script>"
+        f"{note}<script>{_script(shipped('painter.js', 'player.js'), shipped('player.css'))}</script>"
     )
 
 
@@ -85,7 +85,7 @@ def _film(solution: Solution, choices: Choices) -> tuple[Film, int]:
     step = -(-count * max(1, len(scene.things)) // MOST_POSES)
     some = range(count) if step == 1 else tuple(timeline.frame_time(frame) for frame in range(0, count, step))
     skip = choices.on_failure is FailurePolicy.SKIP
-    poses = PoseChunks(motion, some, skip, drawn=True).held()
+    poses = PoseChunks(motion, some, skip, drawn=True).in_memory()
     prepared = prepare_drawing(scene, poses, PictureOptions(motion=motion.path))
     title = "Movimentum" if scene.source.path.startswith("<") else Path(scene.source.path).stem
     return make_film(scene, prepared, concatenate(list(chunks(poses))), title, timeline.fps / step, 0), step

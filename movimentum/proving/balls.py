@@ -26,7 +26,7 @@ class NoBall(Exception):
     """
 
     @property
-    def told(self) -> str:
+    def reason(self) -> str:
         """Why there is no answer."""
         where = str(self) or "the mechanism is at a dead point, or two solutions meet"
         return f"the film's poses are special ones, where {where}"

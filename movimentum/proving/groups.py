@@ -86,12 +86,12 @@ class RowGroup:
 
     def _value(self, place: int, top: Polynomial, bottom: Polynomial, condition: str) -> Value:
         quotient = self.tower.made(top, bottom)
-        told = ""
+        condition_text = ""
         if self.tower.ring.constant(bottom) is None:
-            told = condition.format(self.where([place]))
+            condition_text = condition.format(self.where([place]))
             if quotient.bottom == self.tower.ring.one:  # it was divided out
                 self.tower.assumed.append(bottom)
-        return Value(place, quotient.top, quotient.bottom, told)
+        return Value(place, quotient.top, quotient.bottom, condition_text)
 
     def replaced(self, row: Polynomial, place: int, top: Polynomial, bottom: Polynomial) -> Polynomial:
         """A row with top / bottom for a variable, multiplied out."""

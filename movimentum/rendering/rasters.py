@@ -108,8 +108,8 @@ def _drawn(made: Drawing2D, name: str | None, width: int, height: int) -> Image.
         message = f"drawing `{made.path}` takes longer than {SECONDS:.0f} seconds"
         raise fault("limit/drawing", message, "make it simpler, or draw it as PNG") from error
     if done.returncode != 0:
-        told = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise fault("asset/unreadable", f"`{made.path}` cannot be drawn: {told[-1] if told else 'it crashed'}")
+        output = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise fault("asset/unreadable", f"`{made.path}` cannot be drawn: {output[-1] if output else 'it crashed'}")
     with Image.open(io.BytesIO(done.stdout), formats=("PNG",)) as image:
         return image.convert("RGBA")
 

@@ -40,14 +40,14 @@ def listed(session: Session, argument: str) -> Answer:
         after = [step.span.start for step in steps if step.number > session.step]
         begin = source.position(steps[session.step].span.start).line
         here = begin, (source.position(min(after)).line - 1 if after else len(lines))
-    told = {
+    noted = {
         source.position(item.span.start).line
         for item in session.work.diagnostics
         if item.span is not None and item.severity is not Severity.NOTE
     }
     width = len(str(len(lines)))
     rows = [
-        f"{'!' if number in told else '>' if here[0] <= number <= here[1] else ' '} {number:{width}} | {text}".rstrip()
+        f"{'!' if number in noted else '>' if here[0] <= number <= here[1] else ' '} {number:{width}} | {text}".rstrip()
         for number, text in enumerate(lines, 1)
         if first <= number <= last
     ]

@@ -71,7 +71,7 @@ class Session(Inspector):
     """Lines that the last command wants to be carried out next."""
     reading: tuple[str, ...] = ()
     """The files of commands that are being read, each inside the one before."""
-    heard: frozenset[tuple[str, str]] = frozenset()
+    already_shown: frozenset[tuple[str, str]] = frozenset()
     """Codes and texts of the script's messages that have been reported."""
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""

@@ -24,7 +24,7 @@ def protocol() -> PictureProtocol | None:
     if not is_terminal(sys.stdout) or not is_terminal(sys.stdin):
         return None
     found = named(os.environ)
-    return found if found is None or isinstance(found, PictureProtocol) else _asked()
+    return found if found is None or isinstance(found, PictureProtocol) else _detected()
 
 
 def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
@@ -44,7 +44,7 @@ def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
     return "ask"
 
 
-def _asked() -> PictureProtocol | None:
+def _detected() -> PictureProtocol | None:
     """Ask the terminal for its primary attributes: 4 among them is sixel. Nothing of the answer is left to be read."""
     try:
         import termios

@@ -72,15 +72,15 @@ class CurveReader:
             places[:, 1] = height - places[:, 1]
         return polygon([(float(x), float(y)) for x, y in places])
 
-    def _element(self, file: str, element: str, shown: str, told: Text | None) -> Contour | None:
-        """The path of an element of a drawing, as an outline; ``told``: where to report what is wrong with it."""
+    def _element(self, file: str, element: str, shown: str, report_at: Text | None) -> Contour | None:
+        """The path of an element of a drawing, as an outline; ``report_at``: where to report its errors."""
         if self._read_table is None:
             return None
         column = TableColumn(file, shown, POINTS, element)
         made = self._read_table(column)
         if isinstance(made, Diagnostic):
-            if told is not None:
-                self._findings.add(replace(made, span=told.span, label=""))
+            if report_at is not None:
+                self._findings.add(replace(made, span=report_at.span, label=""))
             return None
         self._tables[column] = made
         points = np.stack([made.x, made.y], axis=-1).reshape(-1, 4, 2)

@@ -44,7 +44,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.reductions import is_reduction, kept, reduced
+from movimentum.scene.reductions import earlier_value, is_reduction, reduced
 from movimentum.scene.resolve import (
     CONTACT,
     AngleUse,
@@ -331,7 +331,7 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
         case "d":
             return tuple(derivative(part) for part in arguments[0])
         case "at" if context.kept_from is not None:
-            return kept(node, arguments, (context.kept_from, context.step_time), context.findings)
+            return earlier_value(node, arguments, (context.kept_from, context.step_time), context.findings)
         case word if is_reduction(node) and (word in context.reduces or word not in ("min", "max")):
             return reduced(node, arguments, context.findings, allowed=word in context.reduces)
         case "min" | "max":

@@ -65,7 +65,7 @@ def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion
         "contacts": [] if motion is None else _contacts(motion),
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
-            {"span": place, "things": sorted(about(item)), **_held(item)}
+            {"span": place, "things": sorted(about(item)), **_pinned(item)}
             for step in scene.steps
             for item in (*step.statements, *step.claims)
             if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
@@ -142,7 +142,7 @@ def _things_of(*sides: Expr) -> set[int]:
     return found
 
 
-def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
+def _pinned(item: Constraint | Claim) -> dict[str, list[float] | None]:
     """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
     anchor, pin, wish = getattr(item, "anchor", None), None, None
     if anchor is not None and len(item.right) == 2:
@@ -164,8 +164,8 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
     """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns;
     without helps for a command line.
     """
-    told = to_json(found, source)
-    for item, diagnostic in zip(told, found, strict=True):
+    data = to_json(found, source)
+    for item, diagnostic in zip(data, found, strict=True):
         span = diagnostic.span
         item["helps"] = [text for text in item["helps"] if not (isinstance(text, Advised) and text.has_settings)]
         here = span is not None and not isinstance(span, FarSpan)
@@ -174,7 +174,7 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
         for fix, each in zip(item.get("fixes", ()), tried, strict=True):
             for place, edit in zip(fix["edits"], each.edits, strict=True):
                 place["from"], place["to"] = edit.span.start, edit.span.end
-    return told
+    return data
 
 
 def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> list[dict[str, Any]]:
@@ -185,13 +185,14 @@ def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> 
     broken = {found.claim.number: found for found in broken_claims(motion)}
     claims = {held.claim.number: held.claim for held in timeline.claims}
     signs = {Relation.BELOW: "<", Relation.ABOVE: ">"}
-    told: list[dict[str, Any]] = []
+    data: list[dict[str, Any]] = []
     for number, claim in sorted(claims.items()):
         sign = signs.get(claim.relation, "")
         sign += "" if sign and claim.strict else "="
+        left, right = claim.side_texts
         item: dict[str, Any] = {
             "span": placed(timeline.scene.source, claim.span),
-            "words": f"{claim.told[0]} {sign} {claim.told[1]}{_known(proofs, number, number not in broken)}",
+            "words": f"{left} {sign} {right}{_known(proofs, number, number not in broken)}",
             "things": sorted(about(claim)),
             "holds": number not in broken,
             "proof": (proofs or {}).get(number, ""),
@@ -201,8 +202,8 @@ def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> 
             worst = found.worst if np.isfinite(found.worst) else None
             item |= {"time": found.time, "frame": found.frame, "worst": worst, "at": found.worst_time}
             item["failing"] = [list(run) for run in found.failing]
-        told.append(item)
-    return told
+        data.append(item)
+    return data
 
 
 def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:

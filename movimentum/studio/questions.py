@@ -289,13 +289,13 @@ class Assistant:
     def _complete(self, asked: m.ProposalsAsked) -> None:
         found = completion.proposals(self._project, self._path, asked.place, self._names)[:MOST_PROPOSALS]
         span = found[0].span if found else None
-        told = [
+        data = [
             {"label": each.label, "what": each.kind, "text": each.text, "detail": each.detail, "help": each.help}
             for each in found
             if each.span == span
         ]
         place = (asked.place, asked.place) if span is None else (span.start, span.end)
-        self._send(m.ProposalsTold(asked.rev, asked.place, place, told))
+        self._send(m.ProposalsTold(asked.rev, asked.place, place, data))
 
     def _explain(self, asked: m.AboutAsked) -> None:
         found = about.about(self._project, self._path, asked.place, self._worker.facts)
@@ -345,8 +345,8 @@ class Assistant:
         self._edit(asked.rev, edits, "" if edits else "The layout is as it should be.")
 
     def _edit(self, rev: int, edits: list[Edit], words: str = "") -> None:
-        told = [{"from": edit.span.start, "to": edit.span.end, "text": edit.text} for edit in edits]
-        self._send(m.TextEdited(rev, told, [], words))
+        data = [{"from": edit.span.start, "to": edit.span.end, "text": edit.text} for edit in edits]
+        self._send(m.TextEdited(rev, data, [], words))
 
 
 def _words(found: Diagnostic) -> str:

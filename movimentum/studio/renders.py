@@ -56,7 +56,7 @@ class Rendering:
     def __init__(self, job: int, name: str, folder: Path, work: Work, send: Callable[[Any], None]) -> None:
         self._job, self._name, self._folder, self._make, self._send = job, name, folder, work, send
         self._given_up = Event()
-        self._told = 0.0
+        self._last_sent = 0.0
         self._thread = Thread(target=self._work, name="studio-render", daemon=True)
         self._thread.start()
 
@@ -91,8 +91,8 @@ class Rendering:
         if self._given_up.is_set():
             raise Cancelled
         now = time.monotonic()
-        if now - self._told >= OFTEN_S:
-            self._told = now
+        if now - self._last_sent >= OFTEN_S:
+            self._last_sent = now
             self._say("running", done, total)
 
     def _say(self, state: str, done: int, total: int, words: str = "") -> None:

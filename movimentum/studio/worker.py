@@ -224,8 +224,8 @@ class Worker:
     def _say(self, job: TextWork, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
         from movimentum.studio.descriptions import diagnostics_data
 
-        told = diagnostics_data(found, job.revision.source)
-        self.send(StageDone(job.rev, stage, told, final, job.revision.moves))
+        data = diagnostics_data(found, job.revision.source)
+        self.send(StageDone(job.rev, stage, data, final, job.revision.moves))
 
     def _read(self, job: TextWork) -> None:
         revision = job.revision

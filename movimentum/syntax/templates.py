@@ -115,8 +115,8 @@ def _expression(words: str, span: Span, field: Span) -> Expression:
     try:
         (item,) = parse(SourceText("<text>", script)).items
     except ScriptError as error:
-        told = [replace(each, span=_within(each.span, span)) for each in error.diagnostics[:1]]
-        raise ScriptError(told) from error
+        shifted = [replace(each, span=_within(each.span, span)) for each in error.diagnostics[:1]]
+        raise ScriptError(shifted) from error
     assert isinstance(item, ClaimStatement)
     return item.left
 

@@ -85,11 +85,11 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         rate,
         lifetimes,
         *(_held(scene, segments, trains, aims=aims) for aims in (False, True)),
-        kept=_kept(segments),
+        kept=_earlier_values(segments),
     )
 
 
-def _kept(segments: Sequence[Segment]) -> tuple[Kept, ...]:
+def _earlier_values(segments: Sequence[Segment]) -> tuple[Kept, ...]:
     """The values that statements keep; one that another one needs is before it."""
     sides = (side for segment in segments for item in segment.active for side in (*item.left, *item.right))
     return tuple(sorted(kept_in(*dict.fromkeys(sides)), key=lambda kept: kept.time))

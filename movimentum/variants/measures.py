@@ -128,7 +128,7 @@ def example(name: str = "stroke") -> str:
     return Choose.MEASURE.to(f"'{word} = .max(Rod.B.x) - .min(Rod.B.x)'")
 
 
-def retold(text: str, item: Diagnostic) -> UsageError:
+def as_usage_error(text: str, item: Diagnostic) -> UsageError:
     """A diagnostic about an expression in a measure."""
     message = f"the measure `{text}`: {item.message}"
     return UsageError([Diagnostic(item.code, Severity.ERROR, message, helps=item.helps)])
@@ -163,8 +163,8 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     for call in sorted(calls, key=lambda node: node.span.start):
         inner = next((other for other in calls if other is not call and _holds(call.span, other.span)), None)
         if inner is not None:
-            told = plain[inner.span.start : inner.span.end]
-            raise wrong(text, f"`{told}` is already one value, so `.{call.function}(…)` does nothing", example())
+            shown = plain[inner.span.start : inner.span.end]
+            raise wrong(text, f"`{shown}` is already one value, so `.{call.function}(…)` does nothing", example())
         kind, operand = Reduction(call.function), call.arguments[0].span
         part = ReducedPart(kind, plain[operand.start : operand.end])
         if kind is Reduction.AT:

@@ -67,7 +67,7 @@ class FilmClock:
         return timed if len(timed) < len(plain) else plain
 
 
-def held(values: FloatArray, shown: FloatArray) -> FloatArray:
+def last_shown(values: FloatArray, shown: FloatArray) -> FloatArray:
     """(F, …) the same, but where ``shown`` (F,) is 0, the value of the frame before (or of the first shown one):
     what nobody sees need not move.
     """

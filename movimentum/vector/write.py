@@ -102,5 +102,5 @@ def write_film(
     if progress is not None:
         progress(film.frames, film.frames)
     size = (prepared.view.width, prepared.view.height)
-    told = tuple(rastered(prepared, path.suffix[1:].upper()))
-    return WriteReport((path,), film.frames, size, film.frames / fps, 1, told)
+    notes = tuple(rastered(prepared, path.suffix[1:].upper()))
+    return WriteReport((path,), film.frames, size, film.frames / fps, 1, notes)

@@ -74,7 +74,7 @@ def animate(
     ready = way_to(found, scene, (), options, elsewhere) if _is_ready(scene, options) else None  # limits come first
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
+    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).in_memory()
     until = timeline.frame_time(drawn[-1]) if picture.at is None else picture.at
     options = replace(options, motion=motion.path, until=until)
     if Show.FREE in options.show:
@@ -93,8 +93,8 @@ def animate(
         written = write(_repeated(poses, picture.repeats), place, timeline.fps, picture, progress)
         said, notes = afterwards(solution, choices)
         diagnostics = _accepted((*said, *only_first(asked, drawn, target)), written, place, target, choices, most)
-    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA, RASTER, FIRST))
-    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told), written.size)
+    film_notes = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA, RASTER, FIRST))
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *film_notes), written.size)
 
 
 def _accepted(

@@ -63,7 +63,8 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
     kind = kind_of(source)
     if how.snap and kind is not FileKind.LINKAGE:
         raise usage_error(
-            "usage/import", Advised(Choose.SNAP.to(), f" is for linkage files: {kind.told} has no angles to repair")
+            "usage/import",
+            Advised(Choose.SNAP.to(), f" is for linkage files: {kind.description} has no angles to repair"),
         )
     if how.drives and kind is not FileKind.MECHANISM:
         instead = {
@@ -129,7 +130,7 @@ def _formulas(scene: _Scene) -> Written:
     triangles = triangles_of(scene.solution.motion.path)
     comments = [
         f"{scene.title}: angles in degrees; a list has a value for each frame",
-        *(f"{name}: {told}" for name, told in triangles.names),
+        *(f"{name}: {label}" for name, label in triangles.names),
     ]
     return formulas_text(triangles.formulas, comments), ()
 

@@ -143,13 +143,13 @@ class Inspector:
 
     def contradicting(self) -> Contradicting | None:
         """What contradicts at the instant, as the message about it has it; None where no set is known."""
-        from movimentum.analysis.diagnose.conflict import told
+        from movimentum.analysis.diagnose.conflict import conflict_of
 
         begun = [t for t in self.segment_motion.troubles if t.selection is not None]
         found = next((t.selection.contradiction for t in begun if t.selection is not None), None)
         if found is None:
             return None
-        conflict = told(found)
+        conflict = conflict_of(found)
         source = self.work.scene.source
         items = {item.number: item for item in self.work.scene.constraints()}
         rows = [(items[number].span, conflict.off.get(number)) for number in conflict.constraints]

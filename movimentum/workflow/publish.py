@@ -20,7 +20,7 @@ from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.workflow.animate import TooHeavy, animate, natural_size
 from movimentum.workflow.choices import Choices, FrameChoice, Outcome, Picture, Progress
-from movimentum.workflow.fitted_film import FilmFit, FilmShape, fitted, told
+from movimentum.workflow.fitted_film import FilmFit, FilmShape, fitted, summary
 from movimentum.workflow.frames import chosen_frames
 from movimentum.workflow.places import PLACES, NumberedFrames, Place, Taken
 from movimentum.workflow.stages import Solution, arranged, judged, solved, understand
@@ -90,7 +90,7 @@ class _Publishing:
                 continue
             written = self._light_enough(taken, shape, made, [*said, *self._broken(made)], last=last)
             if written is not None:
-                return self._told(taken, shape, *written, said, passed)
+                return self._report(taken, shape, *written, said, passed)
             passed.append(f"as {_format(taken)} it would have more than {(taken.weight or 0) / 1e6:g} MB")
         raise AssertionError("the last format is accepted in any case")
 
@@ -188,12 +188,12 @@ class _Publishing:
         stem = self.target.name.replace("%", "_") if taken.numbered else self.target.name
         return self.target.parent / taken.name.replace("{}", stem)
 
-    def _told(
+    def _report(
         self, taken: Taken, shape: FilmShape, made: FilmFit, done: Outcome, said: list[Diagnostic], passed: list[str]
     ) -> Outcome:
         assert done.target is not None
         helps = (taken.typed(self._show(done.target, shape, made, done)),) if taken.typed and not shape.still else ()
-        what = told(shape, made, done.size, done.frames)
+        what = summary(shape, made, done.size, done.frames)
         note = Diagnostic(
             CHOSEN,
             Severity.NOTE,

@@ -59,10 +59,10 @@ def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Con
     None if none is shown.
     """
     found = find_contradiction(plan, tau, carry, (), [frozenset(around)])
-    return None if found is None else told(found)
+    return None if found is None else conflict_of(found)
 
 
-def told(found: Contradiction) -> Conflict:
+def conflict_of(found: Contradiction) -> Conflict:
     """A contradiction with its amounts."""
     demands = replace(found.demands, effort=Effort(EFFORT))
     few = max(4, MOST // len(found.members))

@@ -252,9 +252,9 @@ def described(
     anchor if all candidates turn it alike.
     """
     items = sorted(_differences(plan, candidates, followed, without), key=lambda item: -item[0])
-    told = [words for apart, words in items if apart > SEEN_APART]
+    differences = [words for apart, words in items if apart > SEEN_APART]
     return [
-        ", ".join(words[k] for words in told[:MOST_WORDS]) + (", …" if len(told) > MOST_WORDS else "")
+        ", ".join(words[k] for words in differences[:MOST_WORDS]) + (", …" if len(differences) > MOST_WORDS else "")
         or "differs in what is not drawn"
         for k in range(len(candidates))
     ]

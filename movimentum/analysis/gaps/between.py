@@ -114,8 +114,8 @@ class GapPairs:
             relative = placed.some(some).relative
             for number in distinct(pair[some]).tolist():
                 own = pair[some] == number
-                told = self._outlines if curves else self._facets
-                found[some[own]] = told(number, relative[:, own])
+                distances = self._outlines if curves else self._facets
+                found[some[own]] = distances(number, relative[:, own])
         return np.where(placed.seen, found, UNSEEN * self.size[pair])
 
     def _facets(self, number: int, pose: FloatArray) -> FloatArray:
