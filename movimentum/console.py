@@ -63,7 +63,7 @@ class Console:
         self._bar: _Bar | None = None
         self._shown_s = 0
         self.left = "nothing was written"
-        """What is left where Ctrl-C ends the command."""
+        """The line that is left when Ctrl-C ends the command."""
 
     @property
     def stream(self) -> TextIO | None:

@@ -229,7 +229,7 @@ _NUMBERS = (Choose.AT, Choose.FPS, Choose.SCALE, Choose.WORKERS)
 
 
 def _in_python(part: Part) -> str:
-    """What Python calls an option, or writes for one with its value."""
+    """The Python keyword for an option, with its value if there is one."""
     match part:
         case ScriptCommand():
             return f"`script.{part.value}`"

@@ -349,7 +349,7 @@ class Script(UnderstoodScript):
         return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)
 
     def _repr_html_(self) -> str:
-        """What moves, as far as it does, and what is wrong."""
+        """The motion, as far as there is one, and the diagnostics."""
         from movimentum.api.pictures import shown
 
         choices, said = replace(choices_of(self.limits), on_failure=FailurePolicy.HOLD), self.diagnostics

@@ -133,8 +133,8 @@ class Names:
     known: dict[str, Query] = field(default_factory=dict[str, Query])
 
     def query(self, text: str) -> Query:
-        """What a name or an expression stands for; `UnknownNameError` for a name that the scene does not have,
-        `ScriptError` for what is no expression.
+        """The query for a name or an expression. Raises `UnknownNameError` for an unknown name, `ScriptError` for an
+        invalid expression.
         """
         found = self.known.get(text)
         if found is None:
@@ -209,7 +209,7 @@ class Names:
         return found
 
     def _unknown(self, text: str, item: Diagnostic) -> UnknownNameError:
-        """That a name means nothing, with what may be meant."""
+        """The error for an unknown name, with suggestions."""
         word = text.strip()
         if _DOTTED.fullmatch(word) is not None:
             guess = nearest(word, self.all())

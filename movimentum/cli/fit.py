@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _FitOptions:
-    """What the options say."""
+    """The values of the options."""
 
     vary: tuple[str, ...]
     seed: int

@@ -27,7 +27,7 @@ MAX_VARIANTS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class _SweepOptions:
-    """What the options say."""
+    """The values of the options."""
 
     script: str
     vary: tuple[str, ...]

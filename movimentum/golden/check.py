@@ -155,7 +155,7 @@ class _Recorded:
 
 
 def _recorded(golden: Golden) -> _Recorded:
-    """What was recorded, without the rows of the table; `ScriptError` if there is nothing, or if it cannot be read.
+    """The recording without the rows of its table; raises `ScriptError` if there is none, or if it cannot be read.
 
     A folder may come from anywhere, so no more of the table is read later than our own would take.
     """
@@ -213,7 +213,7 @@ def _picture(path: Path, actual: Image.Image) -> Image.Image | tuple[int, int] |
 
 
 def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[Diagnostic]:
-    """What is not where it was."""
+    """Anchors, angles and variables that differ from the recording."""
     header, frames = recorded.header, recorded.manifest.frames
     motion = made.solution.motion
     count = motion.timeline.frame_count

@@ -31,7 +31,7 @@ FORMAT = 1
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What ``golden.json`` says: how many ``frames`` the film had, of which there are ``pictures``, and who drew
+    """The contents of ``golden.json``: how many ``frames`` the film had, of which there are ``pictures``, and who drew
     them.
     """
 

@@ -240,7 +240,7 @@ class Texts:
 
 @dataclass(eq=False)
 class EditedFiles(ScriptFiles):
-    """What a script's files tell, as they are in the editor."""
+    """A script's files as they are in the editor."""
 
     edited: Texts | None = None
 

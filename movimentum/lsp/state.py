@@ -102,7 +102,7 @@ class State:
         return known.found if scene is None else tuple(real(item, scene.source) for item in known.found)
 
     def _kept(self, path: str, text: str, now: tuple[Diagnostic, ...]) -> list[Diagnostic]:
-        """What was found last time and is not touched by what was typed since: it may still hold."""
+        """Earlier diagnostics outside the edited text, which may still hold."""
         from movimentum.records import replace
 
         old, found = self.found[path]
@@ -159,8 +159,8 @@ SWITCH_S = 0.002
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownText:
-    """What is known of a text: ``found`` so far; ``whole``: after everything was examined. ``facts`` of the last text
-    that was solved.
+    """The results for a text: diagnostics ``found`` so far; ``whole``: after everything was examined. ``facts`` of the
+    last text that was solved.
     """
 
     path: str

@@ -71,7 +71,7 @@ def figure_html(figure: Figure) -> str:
 
 
 def _script(player: str, style: str, cells: str = "[data-movimentum-film]:not([data-movimentum-figure])") -> str:
-    """What plays, in a scope of its own: cells do not share names."""
+    """The player's script in a scope of its own: cells do not share names."""
     cell = files("movimentum.notebook").joinpath("cell.js").read_text(encoding="utf-8")
     names = f"const STYLE = {json.dumps(_STYLE + style)}, CELLS = {json.dumps(cells)};\n"
     return f"(() => {{\n{player}{names}{cell}}})();"

@@ -207,7 +207,7 @@ def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> 
 
 
 def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
-    """What a claim's badge says beside its words, once its proof has been looked for."""
+    """The text of a claim's badge after its words, once a proof has been searched for."""
     if proofs is None or not holds:
         return ""
     found = proofs.get(number, "")
@@ -215,7 +215,7 @@ def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
 
 
 def overlaps_data(motion: PathMotion) -> list[dict[str, Any]]:
-    """What overlaps in a motion, as `movimentum.studio.messages.OverlapsFound` has it."""
+    """The overlaps in a motion, in the form of `movimentum.studio.messages.OverlapsFound`."""
     from movimentum.analysis.gaps.overlaps import overlaps
 
     numbers = {thing.name: thing.number for thing in motion.timeline.scene.things}
@@ -230,7 +230,7 @@ def overlaps_data(motion: PathMotion) -> list[dict[str, Any]]:
 
 
 def why(inspector: Inspector, name: str) -> str:
-    """What determines where something is, a line each."""
+    """The statements that determine a position, one line each."""
     thing = inspector.thing(name)
     if thing is not None and not thing.anchors:
         return f"`{name}` has no points, so it is nowhere by itself"
@@ -265,8 +265,8 @@ def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str,
 
 
 def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:
-    """What is drawn anew in every pose, springs and texts with numbers, in ``poses`` (F = 1): a film of one frame with
-    these marks alone. None if there are none.
+    """Marks redrawn in every pose, such as springs and texts with numbers, in ``poses`` (F = 1): a film of one frame
+    with these marks alone. None if there are none.
     """
     marks = tuple(item for item in film.prepared.things if _is_live(item))
     if not marks:

@@ -109,7 +109,7 @@ def picture(sketch: Sketch, names: Names, points: Spots) -> Sketch:
 
 
 def _point(sketch: Sketch, name: str, at: tuple[float, float]) -> str:
-    """What something follows: an anchor, or a place."""
+    """The point that something follows: an anchor, or a place."""
     if not name:
         return point_text(at, 0)
     sketch.anchor(name)

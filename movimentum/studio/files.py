@@ -66,7 +66,7 @@ def state_of(path: str) -> FileState:
 
 
 def stamp(path: Path) -> tuple[int, int, int] | None:
-    """What changes when a file is written; None if there is none."""
+    """A stamp that changes when the file is written; None without a file."""
     try:
         found = path.stat()
     except (OSError, ValueError):
@@ -75,7 +75,7 @@ def stamp(path: Path) -> tuple[int, int, int] | None:
 
 
 def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
-    """What a file beside ``path`` is called that was ``path`` before (see `stamp`), or nothing."""
+    """The new name of the file that was ``path`` before (see `stamp`), or nothing."""
     if before is None or path.exists():
         return ""
     try:
@@ -165,7 +165,7 @@ PICTURES: dict[str, Callable[[bytes], bool]] = {
 }
 """The pictures that may be dropped on a page, by what their data begin with."""
 SCRIPTS = (".mov", ".txt")
-"""What a script may be called."""
+"""Suffixes of scripts."""
 
 
 class ScriptFile:

@@ -198,7 +198,7 @@ class RenderCancelled(FromPage, kind="cancel"):
 
 
 class Welcome(ToPage, kind="welcome"):
-    """What a page begins with: the script's file (``name`` empty: none yet)."""
+    """The start of a page: the script's file (``name`` empty: none yet)."""
 
     name: str
     text: str
@@ -211,7 +211,7 @@ class Welcome(ToPage, kind="welcome"):
 
 
 class StageDone(ToPage, kind="stage"):
-    """What is known about text ``rev`` after ``stage`` (see `movimentum.studio.worker`)."""
+    """The results for text ``rev`` after ``stage`` (see `movimentum.studio.worker`)."""
 
     rev: int
     stage: str
@@ -238,7 +238,7 @@ class PictureSame(ToPage, kind="same"):
 
 
 class MotionsFree(ToPage, kind="free"):
-    """What is free at ``time``: each motion in words, with velocities ``[thing, x, y, vx, vy]`` of anchors."""
+    """The free motions at ``time``: each motion in words, with velocities ``[thing, x, y, vx, vy]`` of anchors."""
 
     rev: int
     time: float
@@ -270,7 +270,7 @@ class PlacesMoved(ToPage, kind="moved"):
 
 
 class TextEdited(ToPage, kind="edits"):
-    """What a tool, a new name or the layout makes of the text: edits of text ``rev`` (``from``, ``to``, ``text``),
+    """The edits of the text by a tool, a new name or the layout: edits of text ``rev`` (``from``, ``to``, ``text``),
     which are one step to undo. ``select``: where to look in the new text. ``words``: why there is none.
     """
 
@@ -321,8 +321,8 @@ class ClaimsChecked(ToPage, kind="claims"):
 
 
 class OverlapsFound(ToPage, kind="overlapped"):
-    """What `movimentum check --gaps` lists for text ``rev``: each with the two ``things``, ``from`` and ``to`` (times),
-    ``depth`` (pixels) and the time at which they are ``deepest``, and ``words``.
+    """The overlaps that `movimentum check --gaps` lists for text ``rev``: each with the two ``things``, ``from`` and
+    ``to`` (times), ``depth`` (pixels) and the time at which they are ``deepest``, and ``words``.
     """
 
     rev: int

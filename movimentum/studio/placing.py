@@ -28,7 +28,7 @@ DIGITS = 6
 """Decimals of a coordinate that no hand has chosen: a rod of 1000 pixels keeps its length to 1e-6."""
 
 SAME = 0.5 * 10.0**-DIGITS
-"""What is nearer than this is written the same."""
+"""Values nearer than this are written the same."""
 
 
 def move(sketch: Sketch, names: Names, points: Spots) -> Sketch:
@@ -330,7 +330,7 @@ class Sketch:
         return math.degrees(math.atan2(self.places[thing.number][3], self.places[thing.number][2]))
 
     def stated_under(self, key: str, relation: Relation) -> list[Constraint]:
-        """What the step itself states under a key."""
+        """The step's own statements under a key."""
         items = self.scene.steps[self.step].statements
         return [item for item in items if isinstance(item, Constraint) and (item.key, item.relation) == (key, relation)]
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 FORMATS = tuple(suffix for suffix in write.FORMATS if suffix != ".jpeg")
-"""What a film or a still can be written as."""
+"""The formats of films and stills."""
 OFTEN_S = 0.1
 """How often progress is reported."""
 
@@ -61,7 +61,7 @@ class Rendering:
         self._thread.start()
 
     def cancel(self) -> None:
-        """It is not wanted any more."""
+        """Cancels the rendering."""
         self._given_up.set()
 
     def join(self, seconds: float) -> None:
@@ -136,7 +136,7 @@ LONGEST_PAUSE_MS = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What was shown from ``at`` milliseconds on (F = 1)."""
+    """The poses shown from ``at`` milliseconds on (F = 1)."""
 
     at: float
     job: TextWork
@@ -171,7 +171,7 @@ class Recorder:
         self._shots.append(Shot(message.at, job, poses))
 
     def end(self) -> tuple[Shot, ...]:
-        """What was recorded."""
+        """The recording."""
         self._on = False
         shots, self._shots = tuple(self._shots), []
         return shots

@@ -26,8 +26,8 @@ class Message:
 
 
 class FromPage(Message):
-    """What a page says to the server."""
+    """A message from a page to the server."""
 
 
 class ToPage(Message):
-    """What the server says to a page."""
+    """A message from the server to a page."""

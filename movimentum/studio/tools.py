@@ -34,7 +34,7 @@ from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.stages import understand
 
 BLANK = ".config(24, 640, 480) .theme('textbook');\n\n@0\n"
-"""What a script begins with that is drawn from nothing. It names the theme: points by themselves would have none."""
+"""The beginning of a script drawn on a blank sheet. It names the theme, as points alone would have none."""
 POINT = "P"
 RADIUS = 4
 _RELATIVE = re.compile(r"(\w+)\s*=\s*(\w+)\s*[+-]\s*\[")

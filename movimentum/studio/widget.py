@@ -89,7 +89,7 @@ class StudioWidget(anywidget.AnyWidget):
         super().close()
 
     def _receive(self, _widget: object, message: Any, _buffers: object) -> None:
-        """What a page says, in the kernel's thread."""
+        """Handles a page's message, in the kernel's thread."""
         if not isinstance(message, dict):
             return
         fields = cast("dict[str, Any]", message)
@@ -138,7 +138,7 @@ class StudioWidget(anywidget.AnyWidget):
 
 
 class LiveScript(Protocol):
-    """What the studio asks of a script."""
+    """A script, as the studio needs it."""
 
     @property
     def source(self) -> SourceText:

@@ -79,7 +79,7 @@ class TextWork:
 
     @property
     def patient(self) -> bool:
-        """Whether what comes next can wait for a hand."""
+        """Whether the next stage can wait for a drag."""
         return bool(self.todo) and self.todo[0] in PATIENT
 
     @property
@@ -98,7 +98,7 @@ class Worker:
         self.shown: TextWork | None = None
         """The last text whose motion is known."""
         self.facts: Callable[[str], Facts] = lambda _name: NO_FACTS
-        """What is known of a name of it."""
+        """The facts about a name in the text."""
         self._overlaps = False  # whether the page shows them
         self._items: Items | None = None
         self._own_items: Items | None = None  # those of the script itself, without what it includes

@@ -193,7 +193,7 @@ def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timelin
 
 
 def options_of(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
-    """What is drawn of a scene, as a user asks for it."""
+    """The display list of a scene, with the user's choices."""
     from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(

@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Forbidding:
-    """What forbids a value at one moment. ``possible``: nothing does. ``statements``: a set (line, text) that cannot
-    hold together with it; ``minimal``: each of them was left out, and then it can (else time was up before that).
+    """The statements that forbid a value at one moment. ``possible``: none do. ``statements``: a set (line, text) that
+    cannot hold together with it; ``minimal``: each of them was left out, and then it can (else time was up before
+    that).
     """
 
     possible: bool

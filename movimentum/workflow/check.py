@@ -114,7 +114,7 @@ def _certified(motion: PathMotion) -> tuple[Certificate, Sequence[Diagnostic]]:
 def _gaps(
     motion: PathMotion, choices: Choices, *, all_layers: bool
 ) -> tuple[Sequence[Overlap], Sequence[Diagnostic], bool]:
-    """What overlaps, what is said of it, and whether that is an error."""
+    """The overlaps, their diagnostics, and whether that is an error."""
     from movimentum.analysis.gaps.overlaps import overlaps
     from movimentum.analysis.gaps.wording import overlap_diagnostics
 
@@ -123,7 +123,7 @@ def _gaps(
 
 
 def _at_other_rate(motion: PathMotion, diagnostics: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """What is different at another frame rate."""
+    """Differences at another frame rate."""
     from movimentum.analysis.examine import examine
     from movimentum.analysis.invariance import at_other_rate, frame_rate_diagnostics
 

@@ -172,7 +172,7 @@ def _itself(data: bytes) -> bytes:
 
 @lru_cache(maxsize=2)
 def unpacked(data: bytes) -> Any:
-    """What `shared_future` has sent; runs on a worker."""
+    """Unpickles a value from `shared_future`; runs on a worker."""
     keep_freed_memory()
     return pickle.loads(data)
 

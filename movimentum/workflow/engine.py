@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Stage(StrEnum):
-    """What an answer is about, in the order in which answers come."""
+    """The stages of answers, in order."""
 
     SYNTAX = "syntax"
     SCENE = "scene"
@@ -51,7 +51,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StageReport:
-    """What is known after ``stage``, of the text with number ``revision``.
+    """The results after ``stage``, for the text with number ``revision``.
 
     ``diagnostics``: all so far. ``poses``: after BEGINNING the pose at the instant looked at (F = 1), if one was found.
     ``final``: nothing comes after this, because all is known or because there is an error.
@@ -285,7 +285,7 @@ class Revision:
         return found
 
     def reports(self, time: Fraction | None = None) -> Iterator[StageReport]:
-        """What there is to say, stage by stage, the instant ``time`` first (default: the beginning).
+        """The answers, stage by stage, the instant ``time`` first (default: the beginning).
 
         Raises `cancellation.Cancelled` as soon as a newer text is given.
         """

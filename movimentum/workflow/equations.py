@@ -70,7 +70,7 @@ def stages_of(
 
 
 def no_form(error: NoProgram, scene: Scene, *helps: str) -> ScriptError:
-    """What is said where a motion has no program: with the statement that is the reason."""
+    """The error for a motion without a program, at the statement that is the reason."""
     spans = [constraint.span for constraint in scene.constraints() if constraint.number in error.constraints]
     found = Diagnostic(NO_FORM, Severity.ERROR, str(error), spans[0] if spans else None, helps=helps)
     return ScriptError([real(found, scene.source)])
@@ -139,7 +139,7 @@ def distinguishable(choices: Choices, name: str, value: float, number: int) -> C
 
 
 def _all(motion: PathMotion) -> list[tuple[str, Expr]]:
-    """What `solve` writes, by the names of its columns."""
+    """The values that `solve` writes, by the names of their columns."""
     from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 
     scene = motion.timeline.scene

@@ -96,7 +96,7 @@ class Export:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """What a form is written from."""
+    """The input for writing a format."""
 
     title: str
     timeline: Timeline
@@ -180,7 +180,7 @@ def _profiles(scene: _Scene) -> Written:
 FORMS: dict[str, Callable[[_Scene], Written]] = {
     "linkages": _linkage, "pyslvs": _formulas, "dxf": _dxf, "stl": _stl, "parts": _parts, "profiles": _profiles,
 }  # fmt: skip
-"""What writes each form of export."""
+"""The writer of each export format."""
 BY_SUFFIX = {
     ".txt": "linkages", ".linkages": "linkages", ".pyslvs": "pyslvs", ".dxf": "dxf", ".stl": "stl", ".csv": "parts",
     "": "linkages",

@@ -64,7 +64,7 @@ def draw_run(data: bytes, run: FrameRun) -> Pieces:
 
 @lru_cache(maxsize=1)
 def _session(data: bytes) -> tuple[PaintSession, Coder]:
-    """What this worker draws and encodes with: layers that stand still are prepared once."""
+    """The worker's painter and coder: static layers are prepared once."""
     from movimentum.rendering.painter import PaintSession
 
     painter, coder = unpacked(data)

@@ -48,7 +48,7 @@ _STATEMENT = re.compile(r"[;@]")
 
 
 class Verdict(Enum):
-    """What a trial shows. A fix that is contradicted does not help because of what the script says elsewhere."""
+    """The result of a trial. A contradicted fix does not help because other statements conflict with it."""
 
     WORKS = "works"
     FAILS = "fails"

@@ -52,8 +52,8 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class Causes:
-    """What determines a value: ``chain`` in the order in which the solver uses it. ``free``: blocks of equations on the
-    way that leave freedom, each with the names of its unknowns. ``drawn``: things that stay as drawn.
+    """The statements that determine a value: ``chain`` in the order in which the solver uses it. ``free``: blocks of
+    equations on the way that leave freedom, each with the names of its unknowns. ``drawn``: things that stay as drawn.
     """
 
     chain: tuple[Cause, ...]
@@ -126,7 +126,7 @@ class Inspector:
 
     @property
     def standing(self) -> PoseKnown:
-        """What the poses at the instant are."""
+        """The kind of the poses at the instant."""
         from movimentum.solver.segment_motion import Unsolved
 
         part, _ = self.part
@@ -142,7 +142,7 @@ class Inspector:
         return PoseKnown(solved=False, last=last, reason=next(errors, ""))
 
     def contradicting(self) -> Contradicting | None:
-        """What contradicts at the instant, as the message about it has it; None where no set is known."""
+        """The contradiction at the instant, as in the message about it; None if no set is known."""
         from movimentum.analysis.diagnose.conflict import conflict_of
 
         begun = [t for t in self.segment_motion.troubles if t.selection is not None]
@@ -172,7 +172,7 @@ class Inspector:
     # --- answers
 
     def causes(self, name: str) -> Causes:
-        """What determines a thing, an anchor, or any expression."""
+        """The statements that determine a thing, an anchor, or any expression."""
         from movimentum.analysis.interactive.determination import determination
 
         scene, plan = self.work.scene, self.segment_motion.plan

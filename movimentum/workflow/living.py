@@ -253,7 +253,7 @@ def _without(choices: Choices, slider: Slider) -> tuple[Any, ...]:
 
 
 def _structure(scene: Scene) -> Any:
-    """What a slider cannot change."""
+    """The parts that a slider cannot change."""
     times = tuple(step.time for step in scene.steps)
     return scene.config.fps, scene.config.size, times, tuple(thing.name for thing in scene.things)
 

@@ -53,7 +53,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class NumberedFrames:
-    """What is shown: the files' name as it was written, the frames' first and last numbers, and the rate."""
+    """The film to show: the files' name as it was written, the frames' first and last numbers, and the rate."""
 
     name: str
     first: int

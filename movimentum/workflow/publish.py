@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 CHOSEN, LIMIT, FORMAT = "place/chosen", "place/limit", "place/format"
 _MODULES = {"video": "av"}
-"""What an extra brings."""
+"""The module that each extra installs."""
 _LIGHTER, _TRIES = 0.9, 5
 _ANYTHING = Taken("{}", "", box=(sys.maxsize, sys.maxsize))
 
@@ -150,7 +150,7 @@ class _Publishing:
     def _light_enough(
         self, taken: Taken, shape: FilmShape, made: FilmFit, before: list[Diagnostic], *, last: bool
     ) -> tuple[FilmFit, Outcome] | None:
-        """What was written, drawn smaller if it is too heavy; None if another format is to be tried."""
+        """The written film, drawn smaller if it is too large; None if another format should be tried."""
         judged_now, warned = judged(before, self.choices)
         if warned:
             raise ScriptError(judged_now)

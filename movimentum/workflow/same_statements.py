@@ -55,8 +55,8 @@ def items_of(source: SourceText) -> Items:
 
 
 def shifted(examination: Examination, old: Items, new: Items) -> Examination:
-    """What was found about one text, for another that states the same; without fixes, whose edits depend on white space
-    and comments too.
+    """The diagnostics of one text, moved to another with the same statements; without fixes, whose edits depend on
+    white space and comments too.
     """
     return replace(examination, diagnostics=tuple(_shifted(item, old, new) for item in examination.diagnostics))
 
