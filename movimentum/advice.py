@@ -14,7 +14,7 @@ from movimentum.records import dataclass
 
 
 class Choose(Enum):
-    """What can be chosen, by its word on the command line."""
+    """Choices, by their words on the command line."""
 
     ACCURACY = "accuracy"
     AT = "at"
@@ -60,7 +60,7 @@ class Choose(Enum):
 
 
 class ScriptCommand(Enum):
-    """What a script can be given to, by its word on the command line."""
+    """Commands for a script, by their words on the command line."""
 
     CHECK = "check"
     FIT = "fit"

@@ -23,7 +23,7 @@ _FENCE = re.compile(r"^```[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What a message ``code`` means and what to do; ``family`` is the heading that it stands under.
+    """The meaning of a message ``code``, and what to do; ``family`` is the heading that it stands under.
 
     ``examples`` are scripts, commands and what Movimentum says about them, in this order; often a script and its
     message.

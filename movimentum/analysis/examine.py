@@ -156,7 +156,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
 
 
 def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
-    """What is wrong with cords and contacts, whose modules are loaded only where a script has any."""
+    """Diagnostics of cords and contacts, whose modules are loaded only if a script has any."""
     if any(map(cords_of, motion.timeline.scene.constraints())):
         from movimentum.analysis.diagnose.cords import slack
 

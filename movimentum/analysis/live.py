@@ -216,7 +216,7 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
 
 @dataclass(frozen=True, slots=True)
 class _Shot:
-    """What F frames show: ``centre`` (F, 2) plus ``rest`` (F,) times the middle of the canvas; ``zoom`` (F,)."""
+    """The view of F frames: ``centre`` (F, 2) plus ``rest`` (F,) times the middle of the canvas; ``zoom`` (F,)."""
 
     centre: FloatArray
     rest: FloatArray
@@ -238,7 +238,7 @@ class _Shot:
 
 
 def camera_rows(scene: Scene, poses: Poses) -> dict[tuple[int, str], FloatArray]:
-    """What the camera shows in ``poses``, as properties of the film: see `_Shot`."""
+    """The camera's views in ``poses``, as properties of the film: see `_Shot`."""
     if not scene.views:
         return {}
     count = len(poses.times)

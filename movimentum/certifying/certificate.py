@@ -63,7 +63,7 @@ class CertifiedInterval:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What is proved of a film.
+    """The proved facts about a film.
 
     ``distance``: pixels that no anchor in a certified frame is off by; ``frames`` how many are certified, of ``whole``
     frames; ``worst`` the one that is farthest off. ``refused``: what cannot be certified at all. ``jumps``: where
@@ -282,7 +282,7 @@ def _spot(found: Tunnel, axes: list[Expr]) -> tuple[FloatArray, FloatArray]:
 
 
 def _integrals(found: Tunnel, begun: dict[Hashable, TimeForm]) -> dict[Hashable, TimeForm]:
-    """What integrals have come to at the end of a piece."""
+    """The values of integrals at the end of a piece."""
     plan = found.encloser.plan
     now = dict(begun)
     for number in found.encloser.needed:
@@ -298,7 +298,7 @@ def _integrals(found: Tunnel, begun: dict[Hashable, TimeForm]) -> dict[Hashable,
 
 
 def _refused(motion: PathMotion) -> Iterator[Break]:
-    """What the poses depend on and no enclosure is known for, each once."""
+    """The leaves that poses depend on and that have no known enclosure, each once."""
     seen: set[str] = set()
     for segment_motion in motion.segments:
         start, end = float(segment_motion.segment.start), float(segment_motion.segment.end)

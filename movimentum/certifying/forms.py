@@ -321,7 +321,7 @@ class Forms:
         return TimeForm(np.where(good, value, np.nan), a.s * inverse, np.where(good, r, np.inf))
 
     def table(self, a: TimeForm, table: Table) -> TimeForm:
-        """What a table says (see `tabled`)."""
+        """The value of a table (see `tabled`)."""
         if table not in self.tables:
             self.tables[table] = pieces_of(table)
         value, off, slope, slope_off, jump = reach(table, self.tables[table], a.c, a.reach)

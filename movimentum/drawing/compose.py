@@ -97,7 +97,7 @@ def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
 
 
 def marks_of(scene: Scene, thing: Thing, at: DrawnAt) -> Iterator[ThingMark | FilmMark]:
-    """What one thing looks like, back to front; ``at``: `drawn_at` of the scene."""
+    """The marks of one thing, back to front; ``at``: `drawn_at` of the scene."""
     skeleton = skeleton_of(scene, thing)
     if skeleton is not None:
         yield from skeleton_marks(scene, thing, skeleton, at)

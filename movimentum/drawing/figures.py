@@ -25,7 +25,7 @@ OPEN_CURVE = 2.0
 
 
 def body_parts(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
-    """What a body consists of, back to front, in its local frame; pins are at the anchors ``joints``."""
+    """The parts of a body, back to front, in its local frame; pins are at the anchors ``joints``."""
     make = FIGURES.get(thing.kind.word)
     if not thing.anchors or make is None:
         return ()

@@ -35,7 +35,7 @@ _APART = 44.0  # world pixels between ticks, at least about
 
 
 def graph_marks(mark: GraphMark, curves: Sequence[FloatArray]) -> list[ThingMark]:
-    """What a graph consists of; ``curves``: (R, 3) rows x, y and whether there is a value, of each of them."""
+    """The parts of a graph; ``curves``: (R, 3) rows x, y and whether there is a value, of each of them."""
     field, ticks = _field(mark, curves)
     series = [_color(mark, number) for number in range(mark.curves)]
     lines = tuple(part for number, rows in enumerate(curves) for part in _curve(mark, field, rows, series[number]))
@@ -241,7 +241,7 @@ def _curve(mark: GraphMark, field: Field, rows: FloatArray, color: Color) -> Ite
 
 
 def _seen(points: FloatArray) -> Iterator[FloatArray]:
-    """What a picture shows of a line."""
+    """The visible part of a line."""
     kept = thinned(points)
     if len(kept) <= MOST_POINTS:
         yield kept

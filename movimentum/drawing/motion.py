@@ -91,7 +91,7 @@ def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
 
 
 def _turning(mark: LinkMark | SymbolMark) -> tuple[tuple[int, Point], ...]:
-    """What a mark's picture turns with."""
+    """The body and its point that a mark's picture turns with."""
     return mark.through if isinstance(mark, SymbolMark) and mark.spot is not None and mark.spot.turning else ()
 
 

@@ -29,7 +29,7 @@ class Quality(StrEnum):
 
 
 class Show(StrEnum):
-    """What can be drawn over a picture, and a grid and axes under it."""
+    """Extras over a picture, and a grid and axes under it."""
 
     NAMES = "names"
     ANCHORS = "anchors"

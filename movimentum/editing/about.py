@@ -20,7 +20,7 @@ MOST_TEXT = 400
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is known of a name at the film's beginning: its ``value``, and the statements (with their lines) that
+    """The facts about a name at the film's beginning: its ``value``, and the statements (with their lines) that
     ``determined`` it.
     """
 
@@ -33,7 +33,7 @@ NO_FACTS = Facts()
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What there is to say about the text in ``span``: how it is ``written``, and ``paragraphs`` about it."""
+    """Information about the text in ``span``: how it is ``written``, and ``paragraphs`` about it."""
 
     span: Span
     written: str
@@ -46,7 +46,7 @@ class About:
 
 
 def about(project: Project, path: str, offset: int, facts: Callable[[str], Facts]) -> About | None:
-    """What there is to say about what stands at ``offset``. ``facts``: of a name such as ``Rod.A``."""
+    """Information about the text at ``offset``. ``facts``: of a name such as ``Rod.A``."""
     outline = project.outline(path)
     if outline is None:
         return None
@@ -118,7 +118,7 @@ def full_name(project: Project, path: str, use: Use) -> str:
 
 
 def definition_of(project: Project, path: str, offset: int) -> Symbol | None:
-    """What is defined elsewhere and named at ``offset``."""
+    """The symbol named at ``offset`` and defined elsewhere."""
     use = project.use_at(path, offset)
     return None if use is None else use.symbol
 
@@ -127,7 +127,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def renamable(project: Project, path: str, offset: int) -> Use | None:
-    """What could get another name at ``offset``."""
+    """The symbol that can be renamed at ``offset``."""
     use = project.use_at(path, offset)
     return use if use is not None and use.symbol is not None else None
 
@@ -180,7 +180,7 @@ def _text(project: Project, path: str) -> str:
 
 
 def _order(project: Project, uses: list[Use]) -> list[tuple[str, int] | None]:
-    """What each name of a file means: the file, and the number of the piece, in which that is defined."""
+    """The meaning of each name of a file: the file, and the number of the piece, in which that is defined."""
     numbers: dict[str, dict[int, int]] = {}
 
     def number(path: str, start: int) -> tuple[str, int]:

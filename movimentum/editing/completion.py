@@ -59,7 +59,7 @@ class _Place:
 def proposals(
     project: Project, path: str, offset: int, folder: Callable[[str], list[str]] | None = None
 ) -> list[Proposal]:
-    """What may be written at ``offset``. ``folder``: the names in a folder, for files that a script reads."""
+    """Proposals at ``offset``. ``folder``: the names in a folder, for files that a script reads."""
     outline = project.outline(path)
     if outline is None or not 0 <= offset <= len(outline.text):
         return []
@@ -174,7 +174,7 @@ def _visible(project: Project, outline: TextOutline, place: _Place) -> dict[str,
 def _members(
     project: Project, outline: TextOutline, before: list[Lexeme], span: Span, begun: str
 ) -> Iterator[Proposal]:
-    """What may follow a dot: the anchors of a thing, what is in a copy, and the language's own members."""
+    """Proposals after a dot: the anchors of a thing, the contents of a copy, and the language's own members."""
     chain: list[Lexeme] = []
     depth = 0
     for piece in reversed(before):
@@ -285,7 +285,7 @@ def _symbol(symbol: Symbol, span: Span, text: str | None = None) -> Proposal:
 
 
 def described(symbol: Symbol) -> str:
-    """What a symbol is, in a few words."""
+    """A short description of a symbol."""
     if symbol.kind == "thing":
         return "a picture" if symbol.word == "sprite" else f".{symbol.word}" if symbol.word in KIND_HELP else "a thing"
     if symbol.kind == "copy":

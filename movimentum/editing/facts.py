@@ -28,7 +28,7 @@ class KnownFacts:
         self._found: dict[str, Facts] = {}
 
     def __call__(self, name: str) -> Facts:
-        """What is known of ``name``, such as ``Rod``, ``Rod.A``, ``S[2].A.P`` or ``x``."""
+        """The facts about ``name``, such as ``Rod``, ``Rod.A``, ``S[2].A.P`` or ``x``."""
         if name not in self._found:
             try:
                 self._found[name] = self._facts(name)

@@ -42,7 +42,7 @@ class Tints:
 
 
 def tints(painter: Painter, source: PoseSource, frames: int) -> Tints:
-    """What a film of so many ``frames`` shows."""
+    """The colours of a film of so many ``frames``."""
     marks: list[ThingMark | OverMark | TraceMark] = [*painter.marks]
     marks += [trace.mark for trace in (*painter.paths, *painter.traces)]
     seen = sorted({number * frames // _EVENLY for number in range(_EVENLY)})

@@ -63,7 +63,7 @@ class WebpCoder(Coder):
 
 
 def _changed(part: Image.Image, before: Image.Image) -> Image.Image:
-    """What is not as it was ``before``; the other pixels are clear."""
+    """The pixels that differ from ``before``; the others are clear."""
     pixels = np.asarray(part)
     changed = (pixels != np.asarray(before)).any(axis=2)[..., None]
     return Image.fromarray(np.concatenate([pixels * changed, changed * np.uint8(255)], axis=2))

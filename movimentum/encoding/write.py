@@ -80,7 +80,7 @@ class OutputFormat:
 
 @dataclass(frozen=True, slots=True)
 class WriteReport:
-    """What was written: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
+    """The result of writing: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
     picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as in the file, the number of
     ``workers`` that drew (1: this process), and ``diagnostics`` (warnings).
     """

@@ -172,7 +172,7 @@ Section = tuple[str, Sequence[tuple[str | None, Any]]]
 
 
 def sections(program: MotionProgram) -> Iterator[Section]:
-    """What there is to say about each step, in order; a length that is positive needs no bars."""
+    """The lines about each step, in order; a length that is positive needs no bars."""
     import sympy as library
 
     sympy: Any = library

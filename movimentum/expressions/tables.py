@@ -31,7 +31,7 @@ DIGITS_OF_A_STEP = 12
 
 
 class Ends(StrEnum):
-    """What a table says beyond its first and its last row."""
+    """The behaviour of a table beyond its first and its last row."""
 
     NOTHING = ""
     HELD = "held"

@@ -83,7 +83,7 @@ class LoweredAims:
 
     @property
     def payloads(self) -> tuple[Hashable, ...]:
-        """What has to be read off a motion."""
+        """The values needed from a motion."""
         roots = [*(side for aim in self.aims for side in aim.sides), *(part.inner for part in self.reductions)]
         return payloads_read(*roots)
 

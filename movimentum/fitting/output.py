@@ -98,5 +98,5 @@ def _problem(data: bytes) -> FitProblem:
 
 
 def search_part(data: bytes, task: Task) -> Candidates:
-    """What comes of one part of the search; runs on a worker."""
+    """The result of one part of the search; runs on a worker."""
     return task_done(_problem(data), task)

@@ -170,7 +170,7 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
 
 
 def _at_an_end(fitted: Fitted, name: str, value: float, low: float, high: float) -> Iterator[Diagnostic]:
-    """That a constant stands at an end. A wider range is proposed if that brings the goals nearer, or may."""
+    """The note that a constant is at an end of its range. A wider range is proposed if it helps, or may help."""
     job, lowered = fitted.problem.job, fitted.problem.lowered
     least, most = -np.inf, np.inf
     if any(part.time is not None and name in varied_names(part.time) for part in lowered.reductions):
@@ -223,7 +223,7 @@ def cost_of(fitted: Fitted, motion: SingleMotion) -> float | None:
 
 
 def fit_text(found: Fitted) -> str:
-    """What is printed: constants before and after, what each goal misses by, each requirement."""
+    """The printed result: constants before and after, the error of each goal, each requirement."""
     job = found.problem.job
     lines: list[str] = []
     if found.problem.reason is not None:

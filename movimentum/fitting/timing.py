@@ -22,7 +22,7 @@ from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied, varied_names
 
 FAR = 1e300
-"""What it costs to be where no time may be."""
+"""The cost of a forbidden time."""
 
 
 @dataclass(frozen=True, slots=True)

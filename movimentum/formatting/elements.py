@@ -21,7 +21,7 @@ Piece = Clause | Token
 
 
 class Glue(Enum):
-    """What stands in front of a token."""
+    """The white space before a token."""
 
     NOTHING = 0
     SPACE = 1

@@ -187,7 +187,7 @@ class _Typesetter:
             row.cells.append(self._cell(element, (self.item, 0, 0), ITEM_GAP))
 
     def _body(self, element: Leaf) -> LineCell:
-        """What stands first behind a step, in its line."""
+        """The first element after a step, in its line."""
         cell = self._cell(element, _BODY, SPACE_GAP)
         cell.fixed = element.column
         return cell

@@ -81,7 +81,7 @@ def _clean(value: float) -> float:
 
 @dataclass(slots=True)
 class _Layer:
-    """What a layer has: lines (open or closed) with the radius of their arcs, and circles."""
+    """The contents of a layer: lines (open or closed) with the radius of their arcs, and circles."""
 
     lines: list[tuple[list[Point], bool, float]] = field(default_factory=list[tuple[list[Point], bool, float]])
     circles: list[tuple[Point, float]] = field(default_factory=list[tuple[Point, float]])
@@ -161,7 +161,7 @@ class _Thing:
     options: str
     still: bool
     lost: str = ""
-    """What of the drawing the thing cannot have."""
+    """The features of the drawing that the thing loses."""
 
 
 def _things(layers: dict[str, _Layer]) -> list[_Thing]:

@@ -285,7 +285,7 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
 
 
 def _unreachable(formula: Formula, fault: Fault, rows: NDArray[np.bool_]) -> Diagnostic:
-    """What ``fault`` says of the first of ``rows`` (F,)."""
+    """The text of ``fault`` for the first of ``rows`` (F,)."""
     count, first, many = len(rows), int(np.argmax(rows)), int(np.count_nonzero(rows))
     where = f" at input {first} of {count}" if count > 1 else ""
     if many > 1:

@@ -31,7 +31,7 @@ Change = tuple[int, int, list[str]]
 
 
 def merged(base: str, mine: str, theirs: str) -> Merged:
-    """What ``mine`` and ``theirs`` have made of ``base``, each change of either (three-way merge by lines)."""
+    """A three-way merge by lines: ``base`` with all changes of ``mine`` and ``theirs``."""
     before = _lines(base)
     ours, others = _changes(before, _lines(mine)), _changes(before, _lines(theirs))
     lines: list[str] = []

@@ -201,7 +201,7 @@ class Chain:
         return variable if scale is None else tower.div(variable, scale)
 
     def names(self, places: Iterable[int]) -> str:
-        """What variables belong to, for messages."""
+        """The owners of variables, for messages."""
         system = self.motion.plan.system
         numbers = [self.of_place[place] for place in places if place in self.of_place]
         names: list[str] = []

@@ -102,7 +102,7 @@ class Prover:
         return found is False
 
     def _with_chains(self, work: Callable[[Chains], T]) -> T | str:
-        """What work on the chains gives, or the reason why it gives nothing."""
+        """The result of work on the chains, or the reason why there is none."""
         chains = self._kept.pop() if self._kept else Chains(self.accelerated, self.given)
         try:
             found: T | str = work(chains)
@@ -173,7 +173,7 @@ class Prover:
 
     @property
     def tolerance(self) -> float:
-        """What a claim without a tolerance may be off by."""
+        """The tolerance of a claim that states none."""
         return CLAIM_MET * self.motion.size
 
 

@@ -28,7 +28,7 @@ LARGEST_COMMON = 20_000
 
 @dataclass(slots=True, eq=False)
 class Proof:
-    """What a proof rests on: the ``roots`` whose branch matters (by place), the divisors' ``conditions``, and what is
+    """The basis of a proof: the ``roots`` whose branch matters (by place), the divisors' ``conditions``, and what is
     not zero at the pose (``nonzero``, polynomials in the variables ``places`` of the tower).
     """
 

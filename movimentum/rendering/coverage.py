@@ -67,7 +67,7 @@ class Outline:
 
 
 def covered(placed: Sequence[tuple[Outline, Affine]], size: tuple[int, int]) -> list[list[Coverage]]:
-    """What is inside each of some outlines, moved by its map, on a canvas of ``size``: rectangles that do not overlap.
+    """The coverage inside each of some outlines, moved by its map, on a canvas of ``size``: disjoint rectangles.
 
     Sums are whole numbers, so a shape has the same pixels whatever else is computed with it.
     """

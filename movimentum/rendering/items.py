@@ -163,7 +163,7 @@ class ItemGroup:
 
 
 def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Filled]:
-    """What a body consists of, back to front."""
+    """The parts of a body, back to front."""
     match mark:
         case PolylineMark():
             return [line_shape(mark.points, mark.width, mark.arrow, scale, thinnest)]

@@ -166,7 +166,7 @@ def _is_still(scene: Scene, item: PreparedMark) -> bool:
 def marks_of(
     scene: Scene, source: PoseSource, motion: PathMotion, wanted: Collection[int]
 ) -> dict[int, list[PreparedMark]]:
-    """What is drawn of some things, ready to be drawn at its own size; nothing of what cannot be loaded."""
+    """The marks of some things, ready to be drawn at their own size, without those that cannot be loaded."""
     options = PictureOptions(motion=motion)
     drawing = compose(scene, options)
     marks = drawing.things

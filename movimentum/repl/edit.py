@@ -102,7 +102,7 @@ def changed(after: Session) -> Answer:
 
 
 def _at_first_sight(session: Session) -> str:
-    """What can be said about the moment on show before the path is known; nothing where the path has to be awaited."""
+    """A first remark about the moment on show, before the path is known; empty if only the path can tell."""
     work = session.work
     if not work.moves:
         return ""
@@ -218,7 +218,7 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
 
 
 def _elsewhere(after: Session, trial: str, label: Label) -> str:
-    """What a message says about another place than the typed text."""
+    """A message's label for a place outside the typed text."""
     if isinstance(label.span, FarSpan) or label.span.end > len(trial):
         return label.message
     line = after.work.source.position(label.span.start).line

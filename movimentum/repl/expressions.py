@@ -30,7 +30,7 @@ _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], BoolArray]] = {
 
 @contextmanager
 def at_the_prompt(session: Session, text: str) -> Generator[None, None, None]:
-    """What is wrong with the typed ``text`` is shown there."""
+    """Shows errors in the typed ``text`` at their places in it."""
     _ = session.work.scene  # errors of the script are about the script
     try:
         yield

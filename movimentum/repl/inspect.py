@@ -171,7 +171,7 @@ PAIRS = 3
 
 
 def _rigid_rows(session: Session, wanted: str) -> list[list[str]]:
-    """What the language itself demands: the anchors of every thing that is solved for keep their distances."""
+    """The language's own constraints: the anchors of every thing that is solved for keep their distances."""
     scene, poses = session.work.scene, session.poses()
     rows: list[list[str]] = []
     for thing in sorted(session.segment_motion.plan.system.frames):

@@ -66,7 +66,7 @@ def unfinished(text: str, commands: Mapping[str, Command]) -> bool:
 
 
 def logical_lines(text: str, commands: Mapping[str, Command]) -> list[str]:
-    """What to carry out, in order: lines that go on are one, several statements on a line are several."""
+    """The commands to run, in order: continued lines are joined, several statements on a line are split."""
     found: list[str] = []
     held = ""
     for line in text.splitlines():

@@ -140,7 +140,7 @@ def when(session: Session, argument: str) -> Answer:
 
 
 def _range(session: Session, text: str) -> str:
-    """What the left side of a condition is at most and at least."""
+    """The extremes of a condition's left side."""
     left = text.partition("=")[0].partition("<")[0].partition(">")[0].strip()
     parts = [extremes(session, left, largest=largest) for largest in (False, True)]
     words = [

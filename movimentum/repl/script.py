@@ -121,7 +121,7 @@ def constant_named(session: Session, name: str) -> NamedConstant | None:
 
 
 def typed_part(session: Session, text: str) -> Answer | None:
-    """What else can be typed: a definition, a constant, a claim, a step, a comment. None for what is none of these."""
+    """Other typed script text: a definition, a constant, a claim, a step, a comment. None for anything else."""
     named = re.match(r"\s*([A-Za-z]\w*)\s*=(?!=)\s*(.+)", text, re.DOTALL)
     if named is not None and (constant := constant_named(session, named[1])) is not None:
         value = named[2].strip().removesuffix(";")

@@ -20,7 +20,7 @@ PATIENCE_S = 0.3
 
 
 def protocol() -> PictureProtocol | None:
-    """What the terminal of this process can show; None for no pictures."""
+    """The picture protocol of this process's terminal; None for no pictures."""
     if not is_terminal(sys.stdout) or not is_terminal(sys.stdin):
         return None
     found = named(os.environ)
@@ -28,7 +28,7 @@ def protocol() -> PictureProtocol | None:
 
 
 def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
-    """What the environment says: a protocol, none, or "ask"."""
+    """The choice in the environment: a protocol, none, or "ask"."""
     wanted = environment.get(SETTING, "").strip().lower()
     if wanted in ("none", "off", "0"):
         return None

@@ -167,7 +167,7 @@ def _has_one_value(root: Expr) -> bool:
 
 
 def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Findings) -> None:
-    """That it is not said which of the values in the film is to be largest."""
+    """Reports that it is unclear which of the values in the film should be largest."""
     text, word = expression_text(claim.left), claim.comparison
     first, other = ("min", "max") if word is Comparison.LARGEST else ("max", "min")
     words = {"min": "the least of them", "max": "the greatest of them", "mean": "their mean"}

@@ -330,7 +330,7 @@ class _Side:
 
     @property
     def is_hole(self) -> bool:
-        """Whether what is inside is free."""
+        """Whether the inside is free space."""
         return self.contour is not None and self.contour.hollow
 
     def seen(self, other: _Side) -> tuple[Expr, ...]:

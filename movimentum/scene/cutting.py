@@ -218,7 +218,7 @@ def _cut_thing(
 
 
 def profile_of(scene: Scene, job: CutJob) -> CutProfile:
-    """What was found when a scene was made."""
+    """The result of making a scene."""
     found = scene.profiles.get(job.name)
     return found if isinstance(found, CutProfile) else CutProfile(fault="it was not solved")
 

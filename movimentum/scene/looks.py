@@ -30,12 +30,12 @@ SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", 
 """Options that say something about looks."""
 
 Stated = Mapping[str, Any]
-"""What a definition says: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
+"""The looks in a definition: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Dress:
-    """What a theme has for one thing: ``fill`` is its turn, ``width`` that of links; ``jointed``: it has joints."""
+    """A theme's looks for one thing: ``fill`` is its turn, ``width`` that of links; ``jointed``: it has joints."""
 
     theme: Theme
     fill: Color
@@ -116,7 +116,7 @@ def dressed(
 
 
 def _of_kind(theme: Theme, thing: Thing, said: Stated, jointed: bool) -> dict[str, Any]:
-    """What a theme says of all things of a kind, without what a definition says otherwise."""
+    """A theme's looks for all things of a kind, less those that a definition overrides."""
     own = dict(theme.kinds.get(thing.kind.word, {}))
     if "color" in said:
         own.pop("fill", None)

@@ -174,7 +174,7 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
 
 
 def _meant(node: Expression, meaning: Meaning, context: Context) -> Value | None:
-    """What a node stands for; None where it is an operation all the same."""
+    """The expression for a special node; None for an ordinary operation."""
     match meaning:
         case VariableUse(name):
             if context.inference.kind(node) is Kind.VECTOR:

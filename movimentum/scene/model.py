@@ -133,7 +133,7 @@ class FixedPoint:
 
 
 PointRef: TypeAlias = AnchorRef | FixedPoint
-"""What a thing is drawn at."""
+"""A point at which a thing is drawn."""
 
 
 @dataclass(frozen=True, slots=True)

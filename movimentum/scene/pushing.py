@@ -26,7 +26,7 @@ class Manner:
 
 
 def manner_of(statement: Statement, findings: Findings) -> Manner:
-    """What the options of a statement say. Errors: ``kind/mismatch``, ``name/duplicate``."""
+    """The values of a statement's options. Errors: ``kind/mismatch``, ``name/duplicate``."""
     seen: set[str] = set()
     for option in statement.options:
         if option.name in seen:

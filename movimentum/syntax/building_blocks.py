@@ -10,7 +10,7 @@ from movimentum.syntax.suggest import dotted, nearest
 from movimentum.things.registry import SHAPES
 
 WORDS = ("config", "let", "part", "for", "include", "claim", "goal", "require", "loop")
-"""What may begin an item, besides names."""
+"""Tokens that may begin an item, besides names."""
 
 _OTHERS = {
     "const": "let", "constant": "let", "define": "let", "set": "let", "var": "let", "def": "part", "module": "part",

@@ -16,7 +16,7 @@ NOWHERE = Span(0, 0)
 
 
 class Operator(StrEnum):
-    """What joins two terms of a `Sum` or two factors of a `Product`."""
+    """The operator between two terms of a `Sum` or two factors of a `Product`."""
 
     PLUS = "+"
     MINUS = "-"

@@ -104,7 +104,7 @@ def _table_text(reads: TableUse, argument: str) -> str:
 
 
 def table_options(over: str, smooth: bool, ends: str) -> str:
-    """What stands behind ``.table(…)``; ``over`` is the literal of a column's name."""
+    """The suffixes of ``.table(…)``; ``over`` is the literal of a column's name."""
     return (f".over({over})" if over else "") + ".smooth" * smooth + (f".{ends}" if ends else "")
 
 

@@ -15,7 +15,7 @@ Color: TypeAlias = tuple[int, int, int]
 
 
 class Valued(IntEnum):
-    """What the arguments of a word are if they are expressions, which have a value in every frame."""
+    """The roles of a word's arguments if they are expressions, which have a value in every frame."""
 
     NOTHING = 0
     NUMBERS = 1

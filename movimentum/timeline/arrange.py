@@ -25,7 +25,7 @@ MAX_FRAMES = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class _StepState:
-    """What holds from a step onwards."""
+    """The statements that hold from a step onwards."""
 
     step: int
     time: Fraction

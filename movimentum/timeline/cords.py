@@ -102,7 +102,7 @@ class CordParts:
         return sub(symbol(Bearing((self._cord, stop), drawn, along[1], along[0])), const(drawn))
 
     def drawn(self, value: Expr) -> float:
-        """What an expression is with everything as it is drawn; 0 where it has no value."""
+        """The value of an expression with everything as drawn; 0 if it has none."""
 
         def place(node: Expr) -> Expr | None:
             if isinstance(node.payload, ThingAngle):

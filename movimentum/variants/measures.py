@@ -32,7 +32,7 @@ PLACE = "reductionNumber"
 
 
 class Reduction(StrEnum):
-    """What makes one number of an expression's values in all frames."""
+    """A reduction: makes one number from an expression's values in all frames."""
 
     MIN = "min"
     MAX = "max"
@@ -118,7 +118,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
 
 
 def wrong(text: str, message: str, *helps: str) -> UsageError:
-    """That a measure makes no sense."""
+    """The error for an invalid measure."""
     return usage_error("usage/measure", f"the measure `{text}`: {message}", *helps)
 
 

@@ -29,7 +29,7 @@ CHUNK = 16_384
 
 
 def signature(parts: list[str], grid: VariantGrid) -> str:
-    """What a sweep is of: texts, and every value of every axis."""
+    """The identity of a sweep: texts, and every value of every axis."""
     found = hashlib.sha256(json.dumps(parts).encode())
     for axis in grid.axes:
         found.update(json.dumps([*axis.names, len(axis)]).encode())

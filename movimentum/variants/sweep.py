@@ -46,8 +46,8 @@ MOST = 64 * LARGEST
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepJob:
-    """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to
-    other processes, which come to the same rows, with what ``files`` know of others than the script.
+    """The input of a sweep: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent
+    to other processes, which come to the same rows, with what ``files`` know of others than the script.
     """
 
     source: SourceText
@@ -62,13 +62,15 @@ class SweepJob:
         return [*self.grid.names, *self.measures.names]
 
     def family(self) -> Family:
-        """What solves its variants."""
+        """The solver of its variants."""
         return Family(Variants(self.source, self.choices, self.grid.names, self.measures, self.files), self.grid)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swept:
-    """What came of a sweep: how many variants of each outcome; their measures (V, M), where they were to be kept."""
+    """The result of a sweep: the number of variants of each outcome; their measures (V, M), where they were to be
+    kept.
+    """
 
     counts: Counter[VariantOutcome]
     measures: FloatArray | None = None

@@ -143,7 +143,7 @@ def _constant(color: tuple[int, int, int], frames: int) -> FloatArray:
 
 
 def _attachments(prepared: PreparedDrawing) -> Iterator[tuple[int, Point | None]]:
-    """What marks are attached to: a body, and the point of it if it is one."""
+    """The attachment of marks: a body, and a point of it if there is one."""
     for item in (*prepared.things, *prepared.beside, *prepared.overlays):
         mark = item.mark
         match mark:

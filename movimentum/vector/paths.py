@@ -27,7 +27,7 @@ class PathWriter:
         self._animate = animate
 
     def trace(self, trace: Trace) -> Iterator[str]:
-        """What is drawn of a path in each frame."""
+        """The part of a path drawn in each frame."""
         return self._growing(trace) if trace.mark.tail is None else self._fading(trace)
 
     def whole(self, trace: Trace) -> Iterator[str]:

@@ -40,7 +40,7 @@ class Objects(Streams, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _Style:
-    """What an element inherits: paints (None: nothing), line, and the text that the element spells."""
+    """Inherited properties of an element: paints (None: nothing), line, and the text that the element spells."""
 
     fill: str | None = None
     stroke: str | None = None

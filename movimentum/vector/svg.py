@@ -121,7 +121,7 @@ class _SvgWriter:
         yield from overlays if self._look is None or not overlays else [self._seen(overlays)]
 
     def _under(self, number: Iterator[int]) -> Iterator[tuple[bool, str]]:
-        """What insets show too: whether the camera leaves it, and its text. ``number`` counts marks."""
+        """Marks that insets show too: whether the camera leaves it, and its text. ``number`` counts marks."""
         prepared = self.film.prepared
         paths = PathWriter(self.film, self._decimals, self._animate)
         for path in prepared.paths:
@@ -137,7 +137,7 @@ class _SvgWriter:
             yield from ((trace.still, line) for line in paths.trace(trace))
 
     def _seen(self, lines: Sequence[str]) -> str:
-        """What the camera moves."""
+        """The group that the camera moves."""
         self._runs.append(f"{self._prefix}l{len(self._runs)}")
         attributes = [f'id="{self._runs[-1]}"'] if self.film.prepared.beside else []
         return f"{self._mapped(XmlElement('g', attributes, [''.join(lines)]), self._look)}\n"
@@ -254,7 +254,7 @@ class _SvgWriter:
         return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, matrix(to_pivot)]))])
 
     def _symbol(self, mark: SymbolMark, ink: str, opacity: FloatArray) -> XmlElement:
-        """What is drawn anew in every frame."""
+        """A mark redrawn in every frame."""
         group = XmlElement("g")
         for part in moving_parts(mark, self.film.poses):
             group.inside.append(str(moving_part(part, ink, opacity, self._decimals, self._animate)))

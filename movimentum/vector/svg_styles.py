@@ -30,7 +30,7 @@ OWN = frozenset(
         "stop-color", "stop-opacity",
     }
 )  # fmt: skip
-"""What is not inherited."""
+"""Properties that are not inherited."""
 PLAIN = {
     "filter": ("none",), "mask": ("none",), "mix-blend-mode": ("normal",), "vector-effect": ("none",),
     "marker": ("none",), "marker-start": ("none",), "marker-mid": ("none",), "marker-end": ("none",),

@@ -203,7 +203,7 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
 def _contradiction(
     segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str, *, lasting: bool = True
 ) -> Diagnostic:
-    """What contradicts; unless it is ``lasting``, another length would help at this one moment only."""
+    """The contradiction; unless it is ``lasting``, another length would help at this one moment only."""
     scene = segment_motion.plan.system.scene
     chosen = [c for c in (constraint_of(segment_motion, n) for n in conflict.constraints) if c is not None]
     when = _at(segment_motion, tau)

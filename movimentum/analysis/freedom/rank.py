@@ -49,7 +49,7 @@ def rank_at(
 
 
 def _digest(rows: FloatArray) -> Hashable:
-    """What stands for numbers of which there are many."""
+    """A digest of many numbers."""
     from hashlib import blake2b  # closed forms have nothing to say it of
 
     return rows.shape, blake2b(rows.tobytes()).digest()

@@ -251,7 +251,9 @@ def _slopes(
 def _directions(
     system: System, equations: Sequence[Equation], known: Sequence[float]
 ) -> list[tuple[FloatArray, Sensitivity]]:
-    """What one unit more of each statement, and one pixel more of each length, puts on the right of the equations."""
+    """The changes of the equations' right sides for one unit more of each statement, and one pixel more of each
+    length.
+    """
     found: list[tuple[FloatArray, Sensitivity]] = []
     rows_of: dict[int, list[int]] = {}
     for row, equation in enumerate(equations):

@@ -104,7 +104,7 @@ class _Language(StrPrinter):
         return f"{{ {'; '.join(parts)} }}" if len(parts) > 1 else parts[0]
 
     def emptyPrinter(self, expr: Any) -> str:
-        """What SymPy can do and the language cannot."""
+        """An operation that SymPy has and the language has not."""
         raise Unspoken(str(expr))
 
 

@@ -189,7 +189,7 @@ class _Expansion:
                     pass
 
     def views(self) -> Iterator[TimedView]:
-        """What the camera shows, with the times of the script's own steps; see `in_order`."""
+        """The camera's views, with the times of the script's own steps; see `in_order`."""
         times = [step.time for step in self._strands[0].steps] if self._strands else []
         for view, step in self._views:
             later = next((time for time in times[step + 1 :] if step >= 0 and time > times[step]), None)

@@ -78,7 +78,7 @@ class CopyFrame:
         return Affine(*(column[axis].value or 0.0 for axis in (0, 1) for column in columns))
 
     def then(self, inner: CopyFrame) -> CopyFrame:
-        """That of a copy which a text at this placement places at ``inner``."""
+        """The placement of a copy that a text at this placement places at ``inner``."""
         turned = sub(self.turned, inner.turned) if self.mirrored else add(self.turned, inner.turned)
         return CopyFrame(self.placed(*inner.at), turned, self.mirrored != inner.mirrored)
 
@@ -93,7 +93,7 @@ def stated(value: Expr) -> Constant:
 
 
 def expr_of(constant: Constant) -> Expr:
-    """What a node of a constant stands for."""
+    """The value of a constant's node."""
     if isinstance(constant.computed, Expr):
         return constant.computed
     return ratio(constant.value) if isinstance(constant.value, Fraction) else const(constant.value)
