@@ -38,8 +38,8 @@ COMMANDS = f"""\
 
 # Commands
 
-The general form is `movimentum COMMAND SCRIPT [options]`. `--help` works on every command and says what stands on this
-page, which is made from it. [What commands write](files.md) describes files, tables, JSON and exit codes.
+The general form is `movimentum COMMAND SCRIPT [options]`. `--help` works on every command and shows the same text as
+this page. [What commands write](files.md) describes files, tables, JSON and exit codes.
 
 ## Options of every command
 

@@ -10,7 +10,7 @@
     >>> motion.velocity("Rod.B").shape  # exact, not differences
     (50, 2)
 
-The stages one by one are in `movimentum.stages`. Names are imported when they are first used, so ``import movimentum``
+The single stages are in `movimentum.stages`. Names are imported when they are first used, so ``import movimentum``
 costs nothing.
 """
 

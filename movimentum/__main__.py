@@ -1,4 +1,4 @@
-"""The ``movimentum`` command, also as ``python -m movimentum``; Ctrl-C is handled before anything is imported."""
+"""The ``movimentum`` command, also ``python -m movimentum``. Ctrl-C is handled before anything is imported."""
 
 # Built in: the module `signal` is Python, and importing it takes milliseconds in which Ctrl-C is a traceback.
 import _signal  # pyright: ignore[reportMissingImports]

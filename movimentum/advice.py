@@ -1,7 +1,7 @@
-"""Texts that name what can be chosen beside the script: a limit, the frames, the accuracy.
+"""Message texts that name a choice outside the script: a limit, the frames, the accuracy.
 
-Each front end has its own word for it: the command line an option, Python a keyword, the studio a control. So the
-library says `Choose` and a value, and the text keeps them apart (`Advised`).
+Each front end has its own word for such a choice: the command line an option, Python a keyword, the studio a control.
+So the library states a `Choose` and a value, and `Advised` keeps them apart from the rest of the text.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from movimentum.records import dataclass
 
 
 class Choose(Enum):
-    """What can be chosen, by its word on the command line."""
+    """Choices, by their words on the command line."""
 
     ACCURACY = "accuracy"
     AT = "at"
@@ -60,7 +60,7 @@ class Choose(Enum):
 
 
 class ScriptCommand(Enum):
-    """What a script can be given to, by its word on the command line."""
+    """Commands for a script, by their words on the command line."""
 
     CHECK = "check"
     FIT = "fit"

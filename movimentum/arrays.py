@@ -1,4 +1,4 @@
-"""What arrays hold, in the words of annotations (shapes stand in docstrings), and the first number of one."""
+"""Type aliases for arrays (docstrings give their shapes), and access to an array's first number."""
 
 from __future__ import annotations
 

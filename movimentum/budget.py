@@ -1,8 +1,8 @@
 """The memory limit of a command, and messages about the time that it takes.
 
-A timer measures about thirty times a second how much memory the process holds. Measuring costs nothing and is exact; an
-estimate of what a script will need is not. The timer works between two operations of Python, so a single operation may
-exceed the limit for a moment. The memory of worker processes counts too, and is measured now and then.
+A timer measures about thirty times a second how much memory the process uses. Measuring costs nothing and is exact; an
+estimate of a script's needs is neither. The timer runs between two Python operations, so a single operation may briefly
+exceed the limit. The memory of worker processes counts too, and is measured less often.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ def watched(budget: Budget) -> Generator[None, None, None]:
         raise_pending()
         looks += 1
         if looks % WORKERS_EVERY == 0:
-            elsewhere = held_by_workers()
-        if held() + elsewhere > budget.megabytes * 1_000_000:
+            elsewhere = memory_of_workers()
+        if memory_used() + elsewhere > budget.megabytes * 1_000_000:
             signal.setitimer(signal.ITIMER_REAL, 2.0, PERIOD_S)  # time to clean up
             raise OverBudget(budget.megabytes)
         budget.tick()
@@ -127,7 +127,7 @@ def _room() -> int | None:
     return None if room == resource.RLIM_INFINITY else room
 
 
-def held() -> int:
+def memory_used() -> int:
     """The bytes of memory that this process holds; 0 if the system does not report it."""
     try:
         with open(_STATM, "rb") as stream:
@@ -136,7 +136,7 @@ def held() -> int:
         return 0
 
 
-def held_by_workers() -> int:
+def memory_of_workers() -> int:
     """The bytes that the processes which this one has started hold for themselves (what they share with it since they
     were forked is already counted here); 0 if the system does not report it.
     """

@@ -1,7 +1,7 @@
-"""Work that nobody waits for any more is given up where it next looks, a few milliseconds later.
+"""Cancels work that nobody waits for any more, at its next check, a few milliseconds later.
 
-Whoever starts such work says how to find out; the solver asks at every linearization and the planner at every block.
-The question is that of the calling thread's context, for it would otherwise be an argument of every function between.
+Whoever starts such work provides the test; the solver calls it at every linearization and the planner at every block.
+The test is stored in the calling thread's context, as it would otherwise be an argument of every function in between.
 """
 
 from __future__ import annotations

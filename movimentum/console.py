@@ -1,6 +1,6 @@
-"""What the command line reports to a person: messages and progress on stderr, errors as exit codes.
+"""The command line's output for people: messages and progress on stderr, errors as exit codes.
 
-Nothing here prints on stdout, which is for the requested output only.
+Nothing here prints on stdout, which is for requested output only.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Console:
         self._bar: _Bar | None = None
         self._shown_s = 0
         self.left = "nothing was written"
-        """What is left where Ctrl-C ends the command."""
+        """The line that is left when Ctrl-C ends the command."""
 
     @property
     def stream(self) -> TextIO | None:

@@ -1,4 +1,4 @@
-"""Messages to the user: diagnostics as data, and their rendering as text or JSON."""
+"""Diagnostics: messages to the user as data, rendered as text or JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MAX_MESSAGES = 200
 
 
 class Severity(StrEnum):
-    """How bad it is: an error stops the work, a warning may (``--strict``), a note never does.
+    """The severity of a diagnostic: an error stops the work, a warning may (``--strict``), a note never does.
 
     >>> import movimentum as mv
     >>> [severity.value for severity in mv.Severity]
@@ -37,11 +37,11 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A help as a change of the script: ``edits``, which are made together, under a ``title``.
+    """A help as an edit of the script: ``edits``, which are made together, under a ``title``.
 
-    Who makes a diagnostic only proposes its fixes. `movimentum.workflow.fixes` tries them; only a fix that has been
+    Fixes in a new diagnostic are only proposals. `movimentum.workflow.fixes` tries them; only a fix that has been
     ``tried`` and works (the diagnostic goes away and no error is added) is shown or written to JSON. The title is the
-    text of the help, or says what is changed where the help says it for several fixes at once.
+    text of the help, or describes the change if the help covers several fixes at once.
     """
 
     title: str
@@ -62,7 +62,7 @@ def insertion(title: str, offset: int, text: str) -> Fix:
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One message: a stable ``code`` (``"constraint/conflict"``), a headline that stands alone,
-    the narrowest span (``None`` where the whole script is meant) with an optional ``label``,
+    the narrowest span (``None`` for the whole script) with an optional ``label``,
     further ``labels``, ``notes`` (numbers in script units), ``helps`` that can be typed, and ``fixes``: helps that are
     edits of the script.
 
@@ -83,15 +83,13 @@ class Diagnostic:
     fixes: tuple[Fix, ...] = ()
 
     def advised(self, *advice: str | Fix) -> Diagnostic:
-        """The same with more helps. A `Fix` is shown as a help, and is a fix too (before those that are no help);
-        several may have one title.
-        """
+        """A copy with more helps. A `Fix` is shown as a help too; several may share a title."""
         helps = dict.fromkeys((*self.helps, *(item.title if isinstance(item, Fix) else item for item in advice)))
         fixes = (item for item in advice if isinstance(item, Fix))
         return replace(self, helps=tuple(helps), fixes=(*fixes, *self.fixes))
 
     def _repr_html_(self) -> str:
-        return told_html([replace(self, span=None, labels=())], None)
+        return diagnostics_html([replace(self, span=None, labels=())], None)
 
 
 class Diagnostics(tuple[Diagnostic, ...]):
@@ -105,10 +103,10 @@ class Diagnostics(tuple[Diagnostic, ...]):
         return made
 
     def _repr_html_(self) -> str | None:
-        return told_html(self, self.source) if self else None
+        return diagnostics_html(self, self.source) if self else None
 
 
-def told_html(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> str:
+def diagnostics_html(diagnostics: Iterable[Diagnostic], source: SourceText | None) -> str:
     """Diagnostics as in a terminal, as HTML; nothing for none."""
     from movimentum.markup import text_html
 

@@ -4,7 +4,7 @@
 
     MovimentumError
     ├── ScriptError        1   the script is at fault (syntax, names, kinds, files, conflicts)
-    │   └── UnknownNameError   what is asked of a motion has no such name; a KeyError too
+    │   └── UnknownNameError   a motion has nothing of this name; a KeyError too
     ├── UsageError         2   wrong options, unwritable output
     └── NoSolutionError    3   the scene has no solution at some time
 """
@@ -19,7 +19,7 @@ from movimentum.source import SourceText, Span
 
 
 class MovimentumError(Exception):
-    """Base of all errors that a user can cause; ``diagnostics`` says everything, about the text ``source``.
+    """Base of all errors that a user can cause; ``diagnostics`` explains it, with places in the text ``source``.
 
     Printed, it looks as in a terminal: codes, places, lines with carets, helps.
 
@@ -43,25 +43,25 @@ class MovimentumError(Exception):
 
     def __str__(self) -> str:
         shown = [item for item in self.diagnostics if item.severity is not Severity.NOTE] or self.diagnostics
-        return self._told(shown)
+        return self._rendered(shown)
 
-    def _told(self, some: Iterable[Diagnostic], *, color: bool = False) -> str:
+    def _rendered(self, some: Iterable[Diagnostic], *, color: bool = False) -> str:
         return render_text(some, self.source or SourceText("movimentum", ""), color=color).rstrip("\n")
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython shows where this error ends a cell: the line that was run, and everything as in a terminal."""
+        """What IPython shows when this error ends a cell: the line that was run, and the same text as in a terminal."""
         import os
         import traceback
 
         own = os.path.dirname(os.path.abspath(__file__))
         outside = [item for item in traceback.extract_tb(self.__traceback__) if not item.filename.startswith(own)]
         lines = [f"line {outside[-1].lineno}: {outside[-1].line}"] if outside and outside[-1].line else []
-        return [*lines, *self._told(self.diagnostics, color=not os.environ.get("NO_COLOR")).split("\n")]
+        return [*lines, *self._rendered(self.diagnostics, color=not os.environ.get("NO_COLOR")).split("\n")]
 
     def _repr_html_(self) -> str:
         from movimentum.markup import text_html
 
-        return text_html(self._told(self.diagnostics, color=True))
+        return text_html(self._rendered(self.diagnostics, color=True))
 
 
 class ScriptError(MovimentumError):
@@ -76,7 +76,7 @@ class ScriptError(MovimentumError):
 
 
 class UnknownNameError(ScriptError, KeyError):
-    """A motion is asked for what the scene does not have.
+    """The scene has nothing of the requested name.
 
     >>> import movimentum as mv
     >>> motion = mv.loads("Rod : .bar A = [0,0] B = [9,0]; @0 Rod.A = [5,5]; Rod.angle = 0;").solve()
@@ -102,7 +102,7 @@ class UsageError(MovimentumError):
 
 
 class NoSolutionError(MovimentumError):
-    """The scene has no solution at some time; its diagnostics say when, and what is in the way.
+    """The scene has no solution at some time; its diagnostics say when and why.
 
     >>> import movimentum as mv
     >>> script = mv.loads("Rod : .bar A=[0,0] B=[9,0]; @0 Rod.A = [0,0]; Rod.B = [8 + 2*.t, y]; y > 0; @1")

@@ -1,8 +1,8 @@
-"""Colours for scripts: a Pygments lexer, and a TextMate grammar for editors, both generated from the terminals of the
-Lark grammar.
+"""Syntax colours for scripts: a Pygments lexer, and a TextMate grammar for editors, both generated from the terminals
+of the Lark grammar.
 
-A word has the same colour everywhere, so a lexer without a parser can decide it. Text that is not valid is still
-coloured as far as possible. After editing the grammar, this command::
+A word has the same colour everywhere, so a lexer without a parser is enough. Invalid text is still coloured as far as
+possible. After editing the grammar, this command::
 
     python -m movimentum.highlight
 

@@ -1,4 +1,4 @@
-"""What a terminal shows, as HTML for a notebook: the same text and colours, on light and dark ground."""
+"""Terminal output as HTML for a notebook: the same text and colours, on light and dark backgrounds."""
 
 from __future__ import annotations
 

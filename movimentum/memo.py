@@ -1,4 +1,4 @@
-"""What was found before, by everything that it depends on."""
+"""Memoised results, keyed by everything that they depend on."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What each message code means: the reference page of all messages, one code at a time.
+"""The meaning of each message code: the reference page of all messages, one code at a time.
 
 The page, ``docs/reference/messages.md``, is part of the package. It is made from ``docs/messages.toml`` and from the
-cases of the tests, so its examples are what Movimentum says.
+test cases, so its examples are real output.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _FENCE = re.compile(r"^```[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What a message ``code`` means and what to do; ``family`` is the heading that it stands under.
+    """The meaning of a message ``code``, and what to do; ``family`` is the heading that it stands under.
 
     ``examples`` are scripts, commands and what Movimentum says about them, in this order; often a script and its
     message.

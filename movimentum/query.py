@@ -1,8 +1,8 @@
-"""Queries: any expression of the language, evaluated in a motion.
+"""Evaluates any expression of the language in a motion.
 
-Whoever needs the value of an expression comes here: `motion["…"]`, the numbers in pictures, claims, measures of sweeps,
-fits, the debugger and the studio. An expression comes from the scene, or from a text that somebody types about a script
-and that is read as the script's own.
+All users of expressions come here: `motion["…"]`, the numbers in pictures, claims, measures of sweeps, fits, the
+debugger and the studio. An expression comes from the scene, or from a text typed about a script and read as the
+script's own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Choices out of a few that several layers know, each with its word in the language of options."""
+"""Settings with a few choices that several layers use, each with its name in options."""
 
 from __future__ import annotations
 

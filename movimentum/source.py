@@ -111,7 +111,7 @@ class SourceText:
         return self.text[span.start : span.end]
 
     def claim(self, span: Span) -> str:
-        """What the claim that ``span`` covers says, without its word: ``Rod.B.x = 120``."""
+        """The text of the claim in ``span`` without its word: ``Rod.B.x = 120``."""
         return " ".join(self.statement(span).strip().removeprefix(".claim").strip().rstrip(";").split())
 
     def claim_data(self, span: Span) -> dict[str, int | str]:

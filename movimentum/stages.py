@@ -1,4 +1,4 @@
-"""The stages one by one, for programs that want a product in the middle: the text's tree, the scene, its timeline.
+"""The stages one by one, for programs that need an intermediate product: the syntax tree, the scene, the timeline.
 
     >>> from movimentum import stages
     >>> source = stages.SourceText("arm.mov", "Arm : .bar O=[0,0] P=[9,0]; @0 Arm.O=[0,0]; Arm.angle=90*.t; @1")
@@ -9,7 +9,7 @@
     >>> motion.poses(0, motion.timeline.frame_count).angle[0, -1].item()
     90.0
 
-Each stage is a function from the product of the one before it. What `movimentum.load` and the commands do is these, in
+Each stage is a function from the product of the one before it. `movimentum.load` and the commands run these stages, in
 this order.
 """
 

@@ -1,7 +1,7 @@
-"""Foreign text on its way to a terminal: file names, script text, recordings, headers of tables.
+"""Makes foreign text safe for a terminal: file names, script text, recordings, headers of tables.
 
-A terminal obeys everything it receives. An escape sequence in a file's name moves the cursor or changes the title, and
-a bidirectional control shows a name backwards. All text that does not come from Movimentum itself goes through here.
+A terminal obeys everything it receives. An escape sequence in a file name moves the cursor or changes the title, and a
+bidirectional control shows a name backwards. All text that does not come from Movimentum itself goes through here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Numbers, times and lists as diagnostics show them, and numbers as they are typed."""
+"""Numbers, times and lists as diagnostics show them, and numbers in the form in which they are typed."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Every tolerance of the package, named by the quantity it bounds.
 
-Each says what it protects, what it is relative to, and how it was found. Nothing else holds one: where two places need
-the same bound they share the name, and where two bounds only happen to be equal they have two.
+Each one states what it protects, what it is relative to, and how it was found. No other module defines tolerances. Two
+places that need the same bound share its name; two bounds that only happen to be equal have two names. "Of the scene's
+size: …" means relative to the scene's size, and so on.
 """
 
 # --- equations: when one holds, when a matrix loses rank ------------------------------------------

@@ -1,7 +1,7 @@
 """The version. Every commit has its own: ``0.1.1.dev202611232155+g3f2a91c04`` is a state on the way to 0.1.1.
 
-In a checkout, git says which commit this is. What is built from it has the answer in the file ``VERSION`` beside this
-module. The build runs this file on its own, so it imports nothing of ours.
+In a checkout, git identifies the commit. In a build, the file ``VERSION`` beside this module has the answer. The build
+runs this file on its own, so it imports nothing of ours.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def is_checkout() -> bool:
 
 
 def git_version() -> str | None:
-    """What git says; None if it cannot be asked."""
+    """The version from git; None without git."""
     said = git("log", "-1", "--format=%ct %H %D")
     found = None if said is None else _LOG.fullmatch(said)
     if found is None:
@@ -45,7 +45,7 @@ def git_version() -> str | None:
 
 
 def git(*words: str) -> str | None:
-    """What git prints about the checkout; None without git, or if it refuses."""
+    """The output of git about the checkout; None without git, or if it refuses."""
     import subprocess  # 10 ms that an installed program does not need
 
     # only this repository, whatever a hook of another one has set
@@ -60,7 +60,7 @@ def git(*words: str) -> str | None:
 
 
 def _recorded() -> str | None:
-    """What the build has left, also where the package is not in a folder."""
+    """The version left by the build, also if the package is not in a folder."""
     loader: Any = globals()["__loader__"]
     try:
         return loader.get_data(os.path.join(os.path.dirname(__file__), "VERSION")).decode("ascii").strip() or None

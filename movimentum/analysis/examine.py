@@ -97,7 +97,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
     found: list[Diagnostic] = []
     every: list[list[BlockRank]] = []
     fault = 0
-    told: set[object] = set()
+    reported: set[object] = set()
     trials = Trials(motion, 0) if advice is Advice.PLAIN else Trials(motion)
     for index, segment_motion in enumerate(motion.segments):
         ranks = block_ranks(segment_motion)
@@ -122,8 +122,8 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
         ):
             asked = tuple(text for text in diagnostic.helps if text.endswith("?"))
             key = (diagnostic.code, diagnostic.span, diagnostic.message.split(" at t = ")[0], asked)
-            if key not in told:
-                told.add(key)
+            if key not in reported:
+                reported.add(key)
                 found.append(diagnostic)
     found.extend(_idle_selectors(motion))
     found.extend(forgotten(motion))
@@ -156,7 +156,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
 
 
 def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
-    """What is wrong with cords and contacts, whose modules are loaded only where a script has any."""
+    """Diagnostics of cords and contacts, whose modules are loaded only if a script has any."""
     if any(map(cords_of, motion.timeline.scene.constraints())):
         from movimentum.analysis.diagnose.cords import slack
 

@@ -1,4 +1,4 @@
-"""What touches when: contacts that begin, end, go on elsewhere, or let nothing move, over a whole motion."""
+"""Contact events over a whole motion: contacts that begin, end, move elsewhere, or jam."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ def contact_events(motion: PathMotion) -> list[ContactEvent]:
                 for event in track.events:
                     if event.tau > piece.end:
                         continue
-                    told = ContactEvent(start + float(event.tau), event.happening, event.push, event.things)
+                    contact = ContactEvent(start + float(event.tau), event.happening, event.push, event.things)
                     if event.happening is Happening.BEGINS:
-                        now[told.pair] = None
-                        if told.pair in touching and event.tau <= piece.begin:
-                            del touching[told.pair]
+                        now[contact.pair] = None
+                        if contact.pair in touching and event.tau <= piece.begin:
+                            del touching[contact.pair]
                             continue
                     elif event.happening is Happening.ENDS:
-                        now.pop(told.pair, None)
-                    found.append(told)
+                        now.pop(contact.pair, None)
+                    found.append(contact)
         found += [ContactEvent(start, Happening.ENDS, *pair) for pair in touching if pair not in now]
         touching = dict.fromkeys(now, 0.0)
     order = list(Happening)
@@ -85,7 +85,7 @@ def _without_flicker(events: list[ContactEvent]) -> list[ContactEvent]:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Something that happens at ``time`` between what pushes: the ``event`` is "begins", "ends", "changes" (it goes on
+    """A contact event at ``time``: the ``event`` is "begins", "ends", "changes" (it goes on
     at another place of the same outlines), "jams" or "undecided" (two corners meet, and may go on past either side of
     each other). ``things``: the names of the two whose outlines touch; nothing for another inequality. ``statement``:
     that which pushes. `Motion.contacts` lists them.

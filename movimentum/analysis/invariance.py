@@ -1,4 +1,4 @@
-"""Two promises tested on a script: the motion does not depend on the frame rate, and it can be reversed."""
+"""Tests two promises on a script: the motion does not depend on the frame rate, and it can be reversed."""
 
 from __future__ import annotations
 
@@ -77,15 +77,15 @@ def at_other_rate(motion: PathMotion) -> PathMotion:
 
 
 def frame_rate_diagnostics(
-    motion: PathMotion, other: PathMotion, told: Sequence[Diagnostic], other_told: Sequence[Diagnostic]
+    motion: PathMotion, other: PathMotion, diagnostics: Sequence[Diagnostic], others: Sequence[Diagnostic]
 ) -> Iterator[Diagnostic]:
-    """Compare a motion with that at another frame rate: what is ``told`` about them, and where things are at both
+    """Compare a motion with that at another frame rate: their ``diagnostics``, and where things are at both
     rates' frame times.
     """
     times = sorted({*_times(motion), *_times(other)})
     rates = [number(float(rate), 6) for rate in (other.timeline.fps, motion.timeline.fps)]
     how = f"at {rates[0]} frames per time unit instead of {rates[1]}"
-    here, there = (next((d for d in some if d.severity is Severity.ERROR), None) for some in (told, other_told))
+    here, there = (next((d for d in some if d.severity is Severity.ERROR), None) for some in (diagnostics, others))
     if (None if here is None else here.code) != (None if there is None else there.code):
         what = "nothing is wrong" if there is None else f"there is an error: {there.message}"
         yield Diagnostic("check/fps-invariance", Severity.ERROR, f"{how} {what}", None if there is None else there.span)

@@ -1,8 +1,7 @@
-"""Numbers that pictures show, in the poses of every frame: those of texts, and velocities and accelerations.
+"""Numbers shown in pictures, in the poses of every frame: those in texts, velocities, accelerations and poles.
 
-They travel with the poses, as properties of the thing that shows them, to wherever pictures are drawn.
-
-Poles: where a body has no velocity at a moment, and where two bodies have the same.
+They are stored with the poses as properties of the thing that shows them, and go with the poses to wherever pictures
+are drawn. A pole is where a body has no velocity at a moment, or where two bodies have the same velocity.
 
 With the velocity v of a point A of a body and its angular velocity w (radians per time unit), the velocity at P is
 v + w J (P - A), J a quarter turn. Where two bodies' are equal, (w1 - w2) P = w1 A1 - w2 A2 - J (v2 - v1): a pole in
@@ -217,7 +216,7 @@ def _rates(motion: AnyMotion, thing: Thing, times: Sequence[Fraction]) -> FloatA
 
 @dataclass(frozen=True, slots=True)
 class _Shot:
-    """What F frames show: ``centre`` (F, 2) plus ``rest`` (F,) times the middle of the canvas; ``zoom`` (F,)."""
+    """The view of F frames: ``centre`` (F, 2) plus ``rest`` (F,) times the middle of the canvas; ``zoom`` (F,)."""
 
     centre: FloatArray
     rest: FloatArray
@@ -239,7 +238,7 @@ class _Shot:
 
 
 def camera_rows(scene: Scene, poses: Poses) -> dict[tuple[int, str], FloatArray]:
-    """What the camera shows in ``poses``, as properties of the film: see `_Shot`."""
+    """The camera's views in ``poses``, as properties of the film: see `_Shot`."""
     if not scene.views:
         return {}
     count = len(poses.times)

@@ -1,4 +1,4 @@
-"""Numbers about each step for ``check``: what was left to solve, and how free the step is."""
+"""Figures about each step for ``check``: what was left to solve, and how many motions are free."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The door from Python: arguments of the kinds that are annotated, what may stand where the command line has an option,
-and errors that name keywords, not options.
-"""
+"""Checks arguments from Python: types, counterparts of command-line options, and errors that name keywords."""
 
 from __future__ import annotations
 
@@ -57,7 +55,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a script may cost before it is refused, given to `load` and `loads`.
+    """Limits above which a script is refused, for `load` and `loads`.
 
     ``frames`` of a film, ``pixels`` of a picture, ``nesting`` of brackets and functions, ``operations`` in one
     expression, ``digits`` for ``accuracy="exact"``.
@@ -225,13 +223,13 @@ _ELSEWHERE = frozenset({
     Choose.CERTIFY, Choose.DRIVE, Choose.FORMAT, Choose.HOLE, Choose.MAX_VARIANTS, Choose.OF, Choose.PLOT,
     Choose.RESUME, Choose.SECONDS, Choose.SHEET, Choose.SNAP, Choose.SNAP_ANGLE, Choose.THICKNESS,
 })  # fmt: skip
-"""What only the command line has."""
+"""Choices that only the command line has."""
 _CALLED = {Choose.DASK: "client", Choose.SET: "with_constants", Choose.OUTPUT: "path"}
 _NUMBERS = (Choose.AT, Choose.FPS, Choose.SCALE, Choose.WORKERS)
 
 
 def _in_python(part: Part) -> str:
-    """What Python calls an option, or writes for one with its value."""
+    """The Python keyword for an option, with its value if there is one."""
     match part:
         case ScriptCommand():
             return f"`script.{part.value}`"
@@ -269,15 +267,15 @@ def _keyword(option: Choose, value: str) -> str:
 def in_python(items: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Diagnostics that name keywords where the command line has options."""
 
-    def told(text: str) -> str:
+    def in_words(text: str) -> str:
         return text.worded(_in_python) if isinstance(text, Advised) else text
 
     return tuple(
         replace(
             item,
-            message=told(item.message),
-            notes=tuple(map(told, item.notes)),
-            helps=tuple(dict.fromkeys(map(told, item.helps))),
+            message=in_words(item.message),
+            notes=tuple(map(in_words, item.notes)),
+            helps=tuple(dict.fromkeys(map(in_words, item.helps))),
         )
         for item in items
     )

@@ -1,4 +1,4 @@
-"""Values and rates of a motion at moments: what frames and single times have in common."""
+"""Values and rates of a motion at moments: shared by frames and single times."""
 
 from __future__ import annotations
 
@@ -62,16 +62,16 @@ def _narrowed(table: FloatArray) -> FloatArray:
 
 
 class Moving(Protocol):
-    """What moments are moments of; see `movimentum.Motion`."""
+    """A motion, as `Moments` sees it; see `movimentum.Motion`."""
 
     @property
     def solution(self) -> Solution:
-        """What was solved."""
+        """The solved motion and its diagnostics."""
         ...
 
     @property
     def names(self) -> Names:
-        """What can be asked of it."""
+        """The names and expressions that it has values for."""
         ...
 
 
@@ -111,17 +111,17 @@ class Moments:
 
     @called
     def __getitem__(self, name: str) -> FloatArray:
-        """(T,) or (T, 2); without T for a single time. Otherwise as `Motion`."""
+        """(T,) or (T, 2); without T for a single time. Otherwise like `Motion`."""
         return self._given(values_of(self.motion.solution.motion, self.motion.names.query(name), (self._poses,)))
 
     @called
     def velocity(self, name: str) -> FloatArray:
-        """As `Motion.velocity`, at these times."""
+        """Like `Motion.velocity`, at these times."""
         return self._rates(name, 1)
 
     @called
     def acceleration(self, name: str) -> FloatArray:
-        """As `Motion.acceleration`, at these times."""
+        """Like `Motion.acceleration`, at these times."""
         return self._rates(name, 2)
 
     def _rates(self, name: str, order: int) -> FloatArray:

@@ -45,7 +45,7 @@ if TYPE_CHECKING:  # few ask for more than arrays
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A solved script: F frames, each with its time, and everything that can be asked of them.
+    """A solved script: F frames with their times, positions, angles and values.
 
     Positions are world pixels, y up, origin at the canvas' lower-left corner; angles are degrees, counter-clockwise,
     continuous, 0 as drawn. `Script.solve` makes it; it never changes.
@@ -86,7 +86,7 @@ class Motion:
 
     @property
     def names(self) -> Names:
-        """What can be asked of it."""
+        """The names and expressions that it has values for."""
         return self.script.names
 
     @property
@@ -100,8 +100,8 @@ class Motion:
         return self.script.constants
 
     def keys(self) -> list[str]:
-        """The name of every anchor, angle and variable: what `Motion` can be asked for, apart from parts of these
-        ("Rod.B.x") and expressions. A loop over a motion gives the same, and ``in`` also knows parts and expressions.
+        """The names of all anchors, angles and variables. `Motion` also has values for their parts ("Rod.B.x") and for
+        expressions. A loop over a motion gives these names; ``in`` also accepts parts and expressions.
 
         >>> import movimentum as mv
         >>> arm = mv.loads("Arm : .bar O=[0,0] P=[9,0]; @0 Arm.O=[0,0]; Arm.angle=90*.t; @1").solve()
@@ -123,7 +123,7 @@ class Motion:
         from movimentum.workflow.frames import PoseChunks
 
         skip = self.choices.on_failure == FailurePolicy.SKIP
-        return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).held()
+        return PoseChunks(self.solution.motion, range(self.timeline.frame_count), skip).in_memory()
 
     @cached_property
     def _moments(self) -> tuple[IntArray, FloatArray, BoolArray]:
@@ -143,7 +143,7 @@ class Motion:
 
     @property
     def solved(self) -> BoolArray:
-        """(F,) whether the scene has a solution there; where not, values are those of the last good pose."""
+        """(F,) whether the scene has a solution there; if not, values are those of the last good pose."""
         return self._moments[2].copy()
 
     def __len__(self) -> int:
@@ -151,9 +151,7 @@ class Motion:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What there is to say: warnings and notes (with ``on_failure`` "hold" or "skip", errors), and how exact frames
-        have turned out to be so far.
-        """
+        """Warnings and notes (errors too with ``on_failure`` "hold" or "skip"), and the accuracy of frames so far."""
         found, notes = afterwards(self.solution, Choices())
         return Diagnostics(in_python((*found, *(note for note in notes if note not in found))), self.script.source)
 
@@ -165,19 +163,19 @@ class Motion:
         opacity or a colour ("Rod.red"), a variable ("x"), or any expression that a claim could be about ("(A.P -
         B.Q).l"; clocks count from the first step).
 
-        nan where a variable has no value, as no statement in force mentions it. `UnknownNameError` (a KeyError) for a
-        name that there is not, `ScriptError` for what is no expression.
+        nan where a variable has no value, as no statement in force mentions it. Raises `UnknownNameError` (a KeyError)
+        for an unknown name, `ScriptError` for an invalid expression.
         """
         return values_of(self.solution.motion, self.names.query(name), self._chunks)
 
     @called
     def velocity(self, name: str) -> FloatArray:
-        """(F,) or (F, 2): the time derivative of what `Motion` gives for ``name``, per time unit, in the world's frame.
+        """(F,) or (F, 2): the time derivative of ``motion[name]``, per time unit, in the world's frame.
 
         Exact: from the derivatives of the equations at the solved poses, not from differences. Free motion has the
-        velocity that it follows. At a step's time it is that of the step that begins, at the very end that of the one
-        that ends. Where several solutions meet (a dead centre that the motion passes through) it is the limit from both
-        sides; nan where there is none (a dead centre that is driven against), no solution, or no value.
+        velocity that it follows. At a step's time it belongs to the step that begins, at the very end to the step that
+        ends. Where several solutions meet (a dead centre that the motion passes through) it is the limit from both
+        sides. It is nan where there is no limit (a drive runs into a dead centre), no solution, or no value.
 
         >>> import movimentum as mv
         >>> motion = mv.loads("Arm : .bar O=[0,0] P=[10,0]; @0 Arm.O=[0,0]; Arm.angle = 90*.t; @1").solve()
@@ -190,9 +188,9 @@ class Motion:
 
     @called
     def acceleration(self, name: str) -> FloatArray:
-        """(F,) or (F, 2): the second time derivative, as `velocity` is the first.
+        """(F,) or (F, 2): the second time derivative; see `velocity`.
 
-        Least motion of what nothing drives has one too. What a wish draws has none: `UsageError`
+        Free motion that no wish pulls has one too. Motion that a wish pulls has none and raises `UsageError`
         (``usage/no-acceleration``).
 
         >>> import movimentum as mv
@@ -209,7 +207,7 @@ class Motion:
 
     @called
     def at(self, time: Number | Iterable[Number]) -> Moments:
-        """The motion at a time, or at several, between frames too.
+        """The motion at one or several times, which may lie between frames.
 
         Raises `UsageError` (``usage/at``) for a time outside the film.
 
@@ -224,7 +222,7 @@ class Motion:
 
     @called
     def overlaps(self, *, all_layers: bool = False) -> list[Overlap]:
-        """Which things overlap, from when to when and how deep: what `movimentum check --gaps` lists.
+        """Which things overlap, from when to when and how deep, as `movimentum check --gaps` lists them.
 
         >>> import movimentum as mv
         >>> two = "Arm : .bar O=[0,0] P=[9,0]; Dot : .disc(1) C=[0,9]; @0 Arm.O=[0,0]; Arm.angle=90*.t; Dot.C=[0,9]; @2"
@@ -237,15 +235,15 @@ class Motion:
 
     @property
     def contacts(self) -> list[Contact]:
-        """What happens between things that push each other, in order of time: see `movimentum.Contact`."""
+        """Contact events between things that push each other, in order of time: see `movimentum.Contact`."""
         from movimentum.analysis.happenings import contacts
 
         return contacts(self.solution.motion.path)
 
     @called
     def poses(self, first: int = 0, stop: int | None = None) -> Poses:
-        """The poses of frames ``first`` … ``stop - 1``, as the stages know them (`movimentum.stages.Poses`): arrays for
-        all things at once. ``stop`` None: to the end. `UsageError` (``usage/frames``) for frames that there are not.
+        """The poses of frames ``first`` … ``stop - 1`` as `movimentum.stages.Poses`: arrays for all things at once.
+        ``stop`` None: to the end. Raises `UsageError` (``usage/frames``) for frames that do not exist.
 
         >>> import movimentum as mv
         >>> mv.load("scripts/trammel.mov").solve().poses(0, 3).angle.shape  # things, frames
@@ -261,10 +259,10 @@ class Motion:
     # --- tables
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame: a row a frame (the index), and the columns of `movimentum solve`: ``time``,
+        """A pandas DataFrame: one row for each frame (the index), and the columns of `movimentum solve`: ``time``,
         ``Thing.Anchor.x`` and ``.y``, ``Thing.angle``, and every variable that ever has a value (``v.x``, ``v.y``).
 
-        nan where a variable has no value. Raises ImportError where there is no pandas.
+        nan where a variable has no value. Raises ImportError without pandas.
 
         >>> import movimentum as mv
         >>> try:
@@ -279,17 +277,18 @@ class Motion:
 
     @called
     def save(self, path: str | os.PathLike[str], *, frames: Frames | None = None) -> Written:
-        """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, a row a frame.
+        """Write the table of `movimentum solve` to ``path``: a ``.csv``, ``.json`` or ``.npz`` file, with one row for
+        each frame.
 
-        With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for another kind of
-        file, or one that cannot be written.
+        With ``accuracy="exact"`` numbers in CSV and JSON have all their digits. Raises `UsageError` for
+        other suffixes, and if the file cannot be written.
 
         >>> import movimentum as mv, tempfile, os
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     mv.load("scripts/trammel.mov").solve().save(os.path.join(folder, "poses.csv")).frames
         50
         """
-        from movimentum.api.results import Written, silent
+        from movimentum.api.results import Written, no_progress
         from movimentum.interop.tables import SUFFIXES
         from movimentum.workflow.tabulate import tabulate
 
@@ -298,7 +297,7 @@ class Motion:
             raise usage_error("usage/format", f"{target}: a table ends in one of {', '.join(SUFFIXES)}")
         source = self.script.source
         with errors_in(source):
-            outcome = tabulate(source, target, self.choices, frame_choice(frames), silent, self.solution)
+            outcome = tabulate(source, target, self.choices, frame_choice(frames), no_progress, self.solution)
         return Written(target, outcome.frames, in_python(outcome.diagnostics))
 
     # --- pictures
@@ -328,19 +327,20 @@ class Motion:
         open: bool = False,  # noqa: A002 - named as the option
         max_pixels: int | None = None,
     ) -> Written:
-        """Draw it into the file ``path``, whose suffix names the format: a film (``.gif``, ``.apng``, ``.webp``,
-        ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a page for each frame (``.pdf``), a still
-        (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
+        """Draw the motion into the file ``path``, whose suffix gives the format: a film (``.gif``, ``.apng``,
+        ``.webp``, ``.svg``, ``.mp4``, ``.webm``), a page with a player (``.html``), a page for each frame (``.pdf``), a
+        still (``.png``, ``.jpg``; ``.svg`` and ``.pdf`` with ``at``), or numbered pictures (``"frames/%04d.png"``).
 
         The keywords are the options of `movimentum run`: ``frames`` (``slice(12, 48)``, ``"12:48"``, ``7``) or one time
         ``at``; ``trace`` ("Rod.B", or several), ``show`` ("names", "free", "anchors", "grid", "axes", or several),
         ``background`` (a colour), ``quality`` ("draft", "standard", "high"), ``loop`` (times to play, 0: for ever),
         ``lossy`` (levels, of a GIF), ``text`` ("outlines", "live": of an SVG or a PDF), ``workers`` (processes).
         ``for_`` a place ("wikipedia", "slides", "latex", "web", "social") chooses the scale, the rate, and the format
-        where ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and
-        ``on_failure`` are as they were solved with, unless they are given: then it is solved anew for this picture.
+        if ``path`` has no suffix. ``fps``, ``accuracy``, ``strict`` and ``on_failure`` default to those of the motion;
+        if given, the motion is solved again for this picture.
 
-        Raises `UsageError` for choices that do not fit and files that cannot be written.
+        Raises `UsageError` for choices that do not fit together,
+        and if the file cannot be written.
 
         >>> import movimentum as mv, tempfile, os
         >>> motion = mv.load("scripts/trammel.mov").solve()
@@ -366,7 +366,7 @@ class Motion:
         strict: bool | None,
         on_failure: FailurePolicy | FailureWord | None,
     ) -> Motion:
-        """Itself, or with other choices."""
+        """Itself, or a motion with other choices."""
         if fps is None and accuracy is None and strict is None and on_failure is None:
             return self
         choices = self.choices if strict is None else replace(self.choices, strict=strict)
@@ -394,6 +394,6 @@ class Motion:
 
 
 def _again(script: UnderstoodScript, choices: Choices, diagnostics: tuple[Diagnostic, ...]) -> Motion:
-    """A motion in another process: solved again, to the same bits, for compiled code does not travel."""
+    """A motion in another process: solved again, to the same bits, as compiled code cannot be pickled."""
     solution = examined(arranged(script.scene, choices), choices, advice=Advice.PLAIN)
     return Motion(script, replace(solution, diagnostics=diagnostics), choices)

@@ -1,7 +1,4 @@
-"""Pictures of motions from Python: what `Motion.render` draws, and what a notebook shows.
-
-Living figures from Python: what `Script.live` gives.
-"""
+"""Pictures from Python: what `Motion.render` draws, what a notebook shows, and the living figures of `Script.live`."""
 
 from __future__ import annotations
 
@@ -25,8 +22,8 @@ from movimentum.api.arguments import (
     whole,
     words,
 )
-from movimentum.api.results import Written, silent
-from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, told_html
+from movimentum.api.results import Written, no_progress
+from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, diagnostics_html
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass
 from movimentum.source import SourceText
@@ -91,7 +88,7 @@ class DrawingAsked:
         """See `Motion.render`."""
         from movimentum.workflow.animate import animate
 
-        arguments = (self.source, self.target, self.choices, self.picture, silent, self.solution)
+        arguments = (self.source, self.target, self.choices, self.picture, no_progress, self.solution)
         with errors_in(self.source):
             if place is None:
                 outcome = animate(*arguments)
@@ -120,13 +117,13 @@ def shown(source: SourceText, solution: Solution, choices: Choices, said: Iterab
         film = player_html(source, solution, choices)
     except MovimentumError as error:
         film, worse = "", (*worse, *in_python(error.diagnostics))
-    return film + told_html(worse, source)
+    return film + diagnostics_html(worse, source)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LivingFigure:
-    """A figure whose constants are sliders and whose drive is a handle. It shows itself at the end of a cell, and needs
-    neither Python nor a network then. ``diagnostics``: everything that is to be said of it.
+    """A figure whose constants are sliders and whose drive is a handle. It shows itself at the end of a cell, and then
+    needs neither Python nor a network. ``diagnostics``: its warnings and notes.
     """
 
     name: str
@@ -141,7 +138,7 @@ class LivingFigure:
 
     @called
     def save(self, path: str | os.PathLike[str], /) -> Path:
-        """Write one page of HTML, which needs nothing else; `UsageError` where it cannot be written."""
+        """Write one page of HTML, which needs nothing else; raises `UsageError` if it cannot be written."""
         from movimentum.workflow.living import written_page
 
         return written_page(self.figure, Path(path), self.source)
@@ -150,7 +147,7 @@ class LivingFigure:
         from movimentum.notebook.player import figure_html
 
         worse = [item for item in self.diagnostics if item.severity is not Severity.NOTE]
-        return figure_html(self.figure) + told_html(worse, self.source)
+        return figure_html(self.figure) + diagnostics_html(worse, self.source)
 
     def __repr__(self) -> str:
         return f"LivingFigure({self.name}: {', '.join(self.constants)})"

@@ -1,4 +1,4 @@
-"""What Python gets from motions, sweeps and fits: files, tables, constants."""
+"""The results that Python gets from motions, sweeps and fits: files, tables, constants."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from movimentum.api.arguments import called, errors_in_python, in_python
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, told_html
+from movimentum.diagnostics import Diagnostic, Diagnostics, Severity, diagnostics_html
 from movimentum.errors import UnknownNameError, usage_error
 from movimentum.records import dataclass, fields
 from movimentum.syntax.suggest import nearest
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What `Motion.render` or `Motion.save` wrote: the file's ``path`` (numbered pictures: with its ``%d``), how many
-    ``frames`` (or rows), and what there is to say.
+    """The result of `Motion.render` or `Motion.save`: the file's ``path`` (numbered pictures: with its ``%d``), the
+    number of ``frames`` (or rows), and diagnostics.
 
     >>> import movimentum as mv, tempfile, os
     >>> motion = mv.load("scripts/trammel.mov").solve()
@@ -72,13 +72,13 @@ def _pandas() -> Any:
         raise ImportError("to_dataframe() needs pandas: pip install pandas", name="pandas") from problem
 
 
-def silent(done: int, total: int) -> None:
+def no_progress(done: int, total: int) -> None:
     """Nobody watches the progress."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
-    """The variants of a script, one row each: the values of the constants that vary, and what was measured.
+    """The variants of a script, one row each: the values of the varying constants, and the measures.
 
     All combinations of the values are solved, the last constant fastest. `Script.sweep` makes it; it never changes.
 
@@ -150,7 +150,7 @@ class Sweep:
 
     @called
     def grid(self, name: str) -> FloatArray:
-        """A column in the shape of the values that were given: one axis for each constant, in their order.
+        """A column in the shape of the given values: one axis for each constant, in their order.
 
         >>> import movimentum as mv
         >>> script = mv.loads(".let a = 1; .let b = 1; A : .bar O=[0,0] P=[a,b]; @0 A.O=[0,0]; A.angle=0; @1")
@@ -167,13 +167,13 @@ class Sweep:
         yield "time", self.time
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, a row a variant. Raises ImportError where there is no pandas."""
+        """A pandas DataFrame with one row for each variant. Raises ImportError without pandas."""
         return _pandas().DataFrame(dict(self.columns()))
 
     @called
     def save(self, path: str | os.PathLike[str]) -> Written:
-        """Write the table as a ``.csv``, ``.npz`` or ``.parquet`` file; `UsageError` for another, or where it cannot be
-        written.
+        """Write the table as a ``.csv``, ``.npz`` or ``.parquet`` file; raises `UsageError` for other suffixes, and
+        if it cannot be written.
         """
         from movimentum.output.files import whole_file
         from movimentum.variants.outcomes import check_table, write_table
@@ -214,9 +214,9 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit:
-    """What a fit has found. `Script.fit` makes it; it never changes.
+    """The result of a fit. `Script.fit` makes it; it never changes.
 
-    ``constants`` are those that were fitted, by name. Lengths are in the script's pixels, angles in degrees.
+    ``constants`` are the fitted ones, by name. Lengths are in the script's pixels, angles in degrees.
 
     >>> import movimentum as mv
     >>> script = mv.loads('''.let R = 30 .range(10, 80);
@@ -240,29 +240,29 @@ class Fit:
 
     @property
     def constants(self) -> dict[str, float]:
-        """The constants that were found."""
+        """The fitted constants."""
         return self._found.constants
 
     @property
     def before(self) -> dict[str, float]:
-        """What they were in the script."""
+        """Their values in the script."""
         return dict(zip(self._found.problem.job.names, self._found.before.tolist(), strict=True))
 
     @property
     def others(self) -> list[dict[str, float]]:
-        """Other constants that are as good; all that were found, if ``every`` was asked for."""
+        """Other equally good constants; all that were found, with ``every``."""
         names = self._found.problem.job.names
         return [dict(zip(names, row, strict=True)) for row in self._found.others.tolist()]
 
     @property
     def met(self) -> bool:
-        """Whether all requirements hold. If not, this is the nearest that was found, and `diagnostics` say so."""
+        """Whether all requirements hold. If not, this is the nearest result, and `diagnostics` say so."""
         return self._found.met
 
     @property
     def cost(self) -> float | None:
-        """The sum over all goals of the mean square of what they miss by, less what is to be largest, times their
-        weights; None where nothing moves.
+        """The sum over all goals of their mean square errors, less values to be largest, times their weights; None if
+        nothing moves.
         """
         from movimentum.fitting.summary import cost_of
 
@@ -270,27 +270,27 @@ class Fit:
 
     @cached_property
     def goals(self) -> Sequence[AimOutcome]:
-        """What each goal misses by, in the order written: ``told``, ``line``, ``rms``, ``worst``, ``time``; and the
-        ``value`` of one to be largest or smallest.
+        """How far each goal is missed, in the order written: ``text``, ``line``, ``rms``, ``worst``, ``time``; and the
+        ``value`` of a goal to be largest or smallest.
         """
         return self._outcomes("goal")
 
     @cached_property
     def requirements(self) -> Sequence[AimOutcome]:
-        """By how much each requirement is off (``worst``, below 0 where an inequality holds), in the order written."""
+        """How far each requirement is off (``worst``, below 0 if an inequality holds), in the order written."""
         return self._outcomes("require")
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What there is to say: requirements that no variant meets, constants at the end of their ranges."""
+        """Diagnostics: requirements that no variant meets, constants at the end of their ranges, and so on."""
         from movimentum.fitting.summary import notes, unmet
 
         return Diagnostics(in_python((*unmet(self._found), *notes(self._found))), self._scene.source)
 
     @cached_property
     def text(self) -> str:
-        """The script's text with the new constants; layout and comments are kept. `UsageError` for constants of an
-        included file.
+        """The script's text with the new constants; layout and comments are kept. Raises `UsageError` for constants of
+        an included file.
         """
         from movimentum.fitting.output import with_constants
 
@@ -299,7 +299,7 @@ class Fit:
 
     @called
     def save(self, path: str | os.PathLike[str]) -> Written:
-        """Write `text` to a file, with its pictures named from there; never over what the script reads
+        """Write `text` to a file, with picture paths relative to it; never over a file that the script reads
         (`UsageError`).
         """
         from movimentum.fitting.output import with_constants
@@ -329,7 +329,7 @@ class Fit:
         from movimentum.fitting.summary import fit_text
         from movimentum.markup import text_html
 
-        return text_html(fit_text(self._found)) + told_html(self.diagnostics, self._scene.source)
+        return text_html(fit_text(self._found)) + diagnostics_html(self.diagnostics, self._scene.source)
 
     def __repr__(self) -> str:
         from movimentum.fitting.summary import constants_text

@@ -1,4 +1,4 @@
-"""Scripts from Python: read them, ask what is to be said about them, solve them."""
+"""Scripts from Python: read, check and solve them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from movimentum.api.arguments import (
 )
 from movimentum.api.motion import Motion
 from movimentum.api.understood import UnderstoodScript, accepted, choices_of, solution_of
-from movimentum.diagnostics import Diagnostic, Diagnostics, limited, told_html
+from movimentum.diagnostics import Diagnostic, Diagnostics, diagnostics_html, limited
 from movimentum.errors import MovimentumError, errors_in, usage_error
 from movimentum.records import dataclass, replace
 from movimentum.settings import Accuracy, AccuracyWord, FailurePolicy, FailureWord
@@ -45,12 +45,12 @@ if TYPE_CHECKING:
 def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **constants: object) -> Script:
     """The script in the file ``path`` (``"-"`` is standard input); its pictures are found from its folder.
 
-    Every keyword sets the script's constant of that name, and nothing else: all other choices are made where they
-    matter, in `Script.solve` and `Motion.render`, so that a constant may be called ``fps``. A value is a
+    Keywords only set the script's constants, so a constant may even be called ``fps``: all other choices are arguments
+    of `Script.solve` and `Motion.render`. A value is a
     number, a pair of numbers for a vector, or a text with a constant expression.
 
-    Raises `UsageError` where the file cannot be read or a constant does not exist (``usage/constant``), and
-    `ScriptError` with everything that is wrong with the script; printed, it looks as in a terminal.
+    Raises `UsageError` if the file cannot be read or a constant does not exist (``usage/constant``), and `ScriptError`
+    with all errors in the script; printed, it looks as in a terminal.
 
     >>> import movimentum as mv
     >>> mv.load("scripts/four-bar.mov")
@@ -61,9 +61,9 @@ def load(path: str | os.PathLike[str], limits: Limits | None = None, /, **consta
 
 @called
 def loads(text: str, limits: Limits | None = None, /, name: str = "<string>", **constants: object) -> Script:
-    """The script ``text``; otherwise as `load`.
+    """The script ``text``; otherwise like `load`.
 
-    ``name`` is what messages call it, and pictures are found from its folder as if it were a path.
+    Messages show ``name``; if it is a path, pictures are found from its folder.
 
     >>> import movimentum as mv
     >>> mv.loads("Crank : .bar O = [0,0] P = [50,0]; @0 Crank.O = [90,90]; Crank.angle = 90*.t; @4")
@@ -119,7 +119,7 @@ def _number(value: object) -> str | None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Script(UnderstoodScript):
-    """A script that has been read and understood. `load` and `loads` make it; it never changes.
+    """A script that has been read and checked. `load` and `loads` make it; it never changes.
 
     >>> import movimentum as mv
     >>> script = mv.load("scripts/slider-crank.mov")
@@ -133,9 +133,9 @@ class Script(UnderstoodScript):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Everything that `movimentum check` says: errors, warnings and notes, with places, notes and helps.
+        """Everything that `movimentum check` reports: errors, warnings and notes, with places, notes and helps.
 
-        Solves the script (once). Nothing is raised: what is wrong is among them.
+        Solves the script (once). Raises nothing: errors are in the list.
 
         >>> import movimentum as mv
         >>> script = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A = [9,9]; @1")
@@ -166,7 +166,7 @@ class Script(UnderstoodScript):
         say when, what is too short or too long, and by how much; "hold" keeps the last good pose in such frames, "skip"
         leaves them out.
 
-        Raises `ScriptError` where the script contradicts itself, `UsageError` for choices that do not fit.
+        Raises `ScriptError` if the script contradicts itself, `UsageError` for choices that do not fit together.
 
         >>> import movimentum as mv
         >>> script = mv.loads("Rod : .bar A=[0,0] B=[50,0]; @0 Rod.A=[0,0]; Rod.B=[30 + 40*.t, y]; y > 0; @1")
@@ -199,15 +199,15 @@ class Script(UnderstoodScript):
         client: object = None,
         **constants: object,
     ) -> Sweep:
-        """Solve many variants: all combinations of the values that ``constants`` of the script take (arrays, or
-        anything that is one), or a ``sample`` such as "sobol:4096" of the intervals of all that have a `.range`.
+        """Solve many variants: all combinations of the values of ``constants`` (arrays or array-likes), or a ``sample``
+        such as "sobol:4096" of the intervals of all constants that have a `.range`.
 
-        ``measure``: what is measured, by name: expressions with reductions over all frames, such as
+        ``measure``: measures by name: expressions with reductions over all frames, such as
         ``".max(Rod.B.x) - .min(Rod.B.x)"`` (see docs/how-to/sweep.md). ``vary``: the same as ``constants``, for
-        constants that are called like an argument. ``client``: a `distributed.Client` whose workers solve.
+        constants with the name of an argument. ``client``: a `distributed.Client` whose workers solve.
 
-        A variant that does not move is a row, and no error. Raises `UsageError` for an unknown constant, and
-        for a measure that makes no sense.
+        A variant that does not move is a row, not an error. Raises `UsageError` for an unknown constant or an invalid
+        measure.
 
         >>> import movimentum as mv
         >>> import numpy as np
@@ -258,16 +258,16 @@ class Script(UnderstoodScript):
         client: object = None,
         **intervals: object,
     ) -> Fit:
-        """Find the constants that bring the script's goals nearest, while its requirements hold.
+        """Find the constants that best meet the script's goals while its requirements hold.
 
         docs/how-to/fit.md explains goals and requirements.
 
-        ``intervals`` (or ``vary``, for constants that are called like an argument): the constants to fit, each with
-        (least, most), or None for that of its `.range`; without any, all constants that have a `.range` and were not
-        set. ``effort``: so many times the usual number of starts; ``every``: look for all solutions, see `Fit.others`.
-        ``client``: a `distributed.Client` whose workers search. The result depends on none of the machines.
+        ``intervals`` (or ``vary``, for constants with the name of an argument): the constants to fit, each with
+        (least, most), or None for its `.range`; by default, all constants that have a `.range` and were not set.
+        ``effort``: use this many times the usual number of starts; ``every``: look for all solutions, see `Fit.others`.
+        ``client``: a `distributed.Client` whose workers search. The result does not depend on the machines.
 
-        Requirements that nothing meets are no error: see `Fit.met`. Raises `UsageError` for a script without goals
+        Requirements that cannot be met are not an error: see `Fit.met`. Raises `UsageError` for a script without goals
         or constants to fit.
         """
         from movimentum.api.results import fitted
@@ -296,7 +296,7 @@ class Script(UnderstoodScript):
 
     @called
     def with_text(self, text: str, /) -> Script:
-        """The script that another text is, in the same place and with the same constants set."""
+        """A script with another text, in the same place and with the same constants set."""
         source = SourceText(self.source.path, text)
         with errors_in(source):
             return _understood(source, tuple(self.scene.settings), self.limits, ScriptFiles())
@@ -306,8 +306,8 @@ class Script(UnderstoodScript):
         """A figure in which these constants are sliders and the drive is a handle: in a notebook, or as a page.
 
         Every slider moves in the constant's `.range`, or else from half of its value to one and a half times as much.
-        Raises `UsageError` for an unknown constant, and `ScriptError` (``live/cannot``) where the script moves
-        by what has no formula, or what is drawn does not follow.
+        Raises `UsageError` for an unknown constant, and `ScriptError` (``live/cannot``) if part of the motion has no
+        formula, or part of the picture cannot follow.
 
         >>> import movimentum as mv
         >>> text = ".let R = 30; Arm : .bar O=[0,0] P=[R,0]; @0 Arm.O=[0,0]; Arm.angle=90*.t; @1"
@@ -325,8 +325,8 @@ class Script(UnderstoodScript):
 
     @called
     def studio(self) -> StudioWidget:
-        """The studio with this script as a live widget of a notebook: `StudioWidget.text` is what it says by now, and
-        `StudioWidget.script` the script of it. Its Save button writes to the script's file.
+        """The studio with this script as a live notebook widget: `StudioWidget.text` is its current text, and
+        `StudioWidget.script` the script of that text. Its Save button writes to the script's file.
 
         `UsageError` (``usage/extra``) without the extra ``notebook``.
         """
@@ -349,14 +349,14 @@ class Script(UnderstoodScript):
         return _understood, (self.source, tuple(self.scene.settings), self.limits, self._files)
 
     def _repr_html_(self) -> str:
-        """What moves, as far as it does, and what is wrong."""
+        """The motion, as far as there is one, and the diagnostics."""
         from movimentum.api.pictures import shown
 
         choices, said = replace(choices_of(self.limits), on_failure=FailurePolicy.HOLD), self.diagnostics
         try:
             solution = accepted(self, choices)
         except MovimentumError:
-            return told_html(said, self.source)
+            return diagnostics_html(said, self.source)
         return shown(self.source, solution, choices, said)
 
     def __repr__(self) -> str:

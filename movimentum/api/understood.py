@@ -1,4 +1,4 @@
-"""A script that was understood, and what can be asked of its motions by name."""
+"""A script that was read and resolved, and the names and expressions that its motions can be asked for."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def choices_of(limits: Limits, settings: tuple[tuple[str, str | Expr], ...] = ()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UnderstoodScript:
-    """What a motion knows of its script; see `movimentum.Script`."""
+    """A motion's view of its script; see `movimentum.Script`."""
 
     source: SourceText
     scene: Scene
@@ -57,17 +57,17 @@ class UnderstoodScript:
 
     @property
     def path(self) -> Path | None:
-        """Where it was read from; None for a text without a name, and for standard input."""
+        """The file's path; None for a text without a name, and for standard input."""
         return None if self.source.path.startswith("<") else Path(self.source.path)
 
     @property
     def name(self) -> str:
-        """What it is called in short: the file's name."""
+        """Its short name: the file's name."""
         return self.source.path if self.path is None else self.path.name
 
     @cached_property
     def timeline(self) -> Timeline:
-        """The scene in time: segments, and exact frame times. `ScriptError` for more frames than the limit."""
+        """The scene in time: segments, and exact frame times. Raises `ScriptError` for more frames than the limit."""
         with errors_in_python(), errors_in(self.source):
             return arranged(self.scene, choices_of(self.limits))
 
@@ -92,7 +92,7 @@ class UnderstoodScript:
 
     @cached_property
     def names(self) -> Names:
-        """What can be asked of its motions."""
+        """The names and expressions that its motions have values for."""
         return Names(self.scene, choices_of(self.limits), self.name)
 
     @cached_property
@@ -101,7 +101,7 @@ class UnderstoodScript:
 
 
 def solution_of(script: UnderstoodScript, choices: Choices) -> Solution:
-    """The motion of a script and all that there is to say about it; solved once for each frame rate and accuracy."""
+    """The motion of a script and its diagnostics; solved once for each frame rate and accuracy."""
     known = script._solutions  # pyright: ignore[reportPrivateUsage]
     found = known.get(choices)
     if found is None:
@@ -125,7 +125,7 @@ def accepted(script: UnderstoodScript, choices: Choices) -> Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Names:
-    """Everything that can be asked of a scene, which is called ``title``; each is understood once."""
+    """The names and expressions of a scene, whose title is ``title``; each is resolved once."""
 
     scene: Scene
     choices: Choices
@@ -133,8 +133,8 @@ class Names:
     known: dict[str, Query] = field(default_factory=dict[str, Query])
 
     def query(self, text: str) -> Query:
-        """What a name or an expression stands for; `UnknownNameError` for a name that the scene does not have,
-        `ScriptError` for what is no expression.
+        """The query for a name or an expression. Raises `UnknownNameError` for an unknown name, `ScriptError` for an
+        invalid expression.
         """
         found = self.known.get(text)
         if found is None:
@@ -209,7 +209,7 @@ class Names:
         return found
 
     def _unknown(self, text: str, item: Diagnostic) -> UnknownNameError:
-        """That a name means nothing, with what may be meant."""
+        """The error for an unknown name, with suggestions."""
         word = text.strip()
         if _DOTTED.fullmatch(word) is not None:
             guess = nearest(word, self.all())

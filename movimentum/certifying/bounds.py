@@ -1,7 +1,7 @@
-"""Bounds between frames: what an expression can be over all times of a film, from its tubes.
+"""Bounds between frames: the range of an expression over all times of a film, from its tubes.
 
-An expression of enclosed unknowns is enclosed to first order too, so that what it may reach beyond what it does reach
-shrinks with the square of an interval. Intervals that may hold the largest value are halved until it is known sharply.
+Expressions of enclosed unknowns are enclosed to first order too, so the overestimate shrinks with the square of the
+interval. Intervals that may hold the largest value are halved until it is known sharply.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TWO_AS_NEAR = ", where two places of an outline may be equally near"
 
 
 class BoundVerdict(StrEnum):
-    """What is known of a bound at all times that it is claimed for."""
+    """The verdict on a bound for all times at which it is claimed."""
 
     PROVED = "proved"
     FALSE = "false"
@@ -83,7 +83,7 @@ def is_bound(claim: Claim) -> bool:
 
 
 def bounds(motion: PathMotion, tunnels: Sequence[tuple[SegmentMotion, Tunnel]]) -> Iterator[Bound]:
-    """What is known of each claim that is a bound, in the order written."""
+    """The verdict on each claim that is a bound, in the order written."""
     for held in motion.timeline.claims:
         if is_bound(held.claim):
             yield _judged(motion, held, tunnels)

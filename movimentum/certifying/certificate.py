@@ -1,4 +1,4 @@
-"""The certificate of a film: how far its frames are from an exact solution, in which tubes, and what breaks off."""
+"""The certificate of a film: how far its frames are from an exact solution, in which tubes, and where it breaks off."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MotionJump:
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class CertifiedInterval:
     """A part of the film in ``tubes`` intervals, one after the other."""
 
     begin: float
@@ -63,7 +63,7 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What is proved of a film.
+    """The proved facts about a film.
 
     ``distance``: pixels that no anchor in a certified frame is off by; ``frames`` how many are certified, of ``whole``
     frames; ``worst`` the one that is farthest off. ``refused``: what cannot be certified at all. ``jumps``: where
@@ -74,7 +74,7 @@ class Certificate:
     frames: int
     whole: int
     worst: int
-    stretches: tuple[Stretch, ...]
+    intervals: tuple[CertifiedInterval, ...]
     breaks: tuple[Break, ...]
     refused: tuple[Break, ...]
     jumps: tuple[MotionJump, ...]
@@ -83,7 +83,7 @@ class Certificate:
     @property
     def tubes(self) -> int:
         """How many intervals there are in all."""
-        return sum(stretch.tubes for stretch in self.stretches)
+        return sum(interval.tubes for interval in self.intervals)
 
     @property
     def complete(self) -> bool:
@@ -119,7 +119,7 @@ class _Film:
 
     def certified(self) -> Certificate:
         timeline, motion = self.motion.timeline, self.motion
-        stretches: list[Stretch] = []
+        intervals: list[CertifiedInterval] = []
         begun: dict[Hashable, TimeForm] = {}
         for number, segment_motion in enumerate(motion.segments):
             start = segment_motion.segment.start
@@ -137,7 +137,7 @@ class _Film:
                 found = tunnel(Encloser(piece, begun), tau[mine])
                 self.tunnels.append((segment_motion, found))
                 tubes = 0 if found.tubes is None else len(found.tubes.begin)
-                stretches.append(Stretch(*self._times(start, piece.begin, piece.end), tubes))
+                intervals.append(CertifiedInterval(*self._times(start, piece.begin, piece.end), tubes))
                 self.breaks += [self._break(start, found, one) for one in found.endings]
                 self.breaks += self._sides(segment_motion, found)
                 self._measure(found, segment_motion, low + mine, tau[mine])
@@ -147,7 +147,7 @@ class _Film:
             self.frames,
             timeline.frame_count,
             self.worst,
-            tuple(stretches),
+            tuple(intervals),
             tuple(self.breaks),
             (),
             tuple(self.jumps),
@@ -282,7 +282,7 @@ def _spot(found: Tunnel, axes: list[Expr]) -> tuple[FloatArray, FloatArray]:
 
 
 def _integrals(found: Tunnel, begun: dict[Hashable, TimeForm]) -> dict[Hashable, TimeForm]:
-    """What integrals have come to at the end of a piece."""
+    """The values of integrals at the end of a piece."""
     plan = found.encloser.plan
     now = dict(begun)
     for number in found.encloser.needed:
@@ -298,7 +298,7 @@ def _integrals(found: Tunnel, begun: dict[Hashable, TimeForm]) -> dict[Hashable,
 
 
 def _refused(motion: PathMotion) -> Iterator[Break]:
-    """What the poses depend on and no enclosure is known for, each once."""
+    """The leaves that poses depend on and that have no known enclosure, each once."""
     seen: set[str] = set()
     for segment_motion in motion.segments:
         start, end = float(segment_motion.segment.start), float(segment_motion.segment.end)

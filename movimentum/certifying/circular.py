@@ -1,7 +1,7 @@
-"""Sines, arctangents, exponentials and logarithms of floats with proved bounds on how far off they are.
+"""Sines, arctangents, exponentials and logarithms of floats with proved error bounds.
 
-A library's own functions promise nothing. The sine and the cosine are summed here from their series, whose rounding is
-bounded by hand; the others are mpmath's intervals.
+Library functions guarantee nothing. The sine and the cosine are summed here from their series, with rounding bounded by
+hand; the others are mpmath's intervals.
 """
 
 from __future__ import annotations

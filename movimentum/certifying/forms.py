@@ -4,8 +4,8 @@ Over an interval with the local time u in [-1, 1] a form (c, s, r) holds every f
 Each operation encloses the exact result, the rounding of its own floats included: IEEE 754 rounds each +, -, * and / to
 nearest, so that a result is off by at most 2^-53 of its size; every radius is then rounded up by far more than its own
 few roundings. Nothing else is relied upon: sines, exponentials and the like have proved enclosures of their own.
-The linear part keeps apart what moves together (Moore 1979, *Methods and Applications of Interval Analysis*, 3.3;
-Makino and Berz 2003 for models of higher order): the radius shrinks with the square of the interval.
+The linear part keeps correlated quantities apart (Moore 1979, *Methods and Applications of Interval Analysis*, 3.3;
+Makino and Berz 2003 for models of higher order), so the radius shrinks with the square of the interval.
 """
 
 from __future__ import annotations
@@ -321,7 +321,7 @@ class Forms:
         return TimeForm(np.where(good, value, np.nan), a.s * inverse, np.where(good, r, np.inf))
 
     def table(self, a: TimeForm, table: Table) -> TimeForm:
-        """What a table says (see `tabled`)."""
+        """The value of a table (see `tabled`)."""
         if table not in self.tables:
             self.tables[table] = pieces_of(table)
         value, off, slope, slope_off, jump = reach(table, self.tables[table], a.c, a.reach)

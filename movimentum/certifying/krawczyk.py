@@ -1,4 +1,4 @@
-"""Krawczyk's operator on intervals of time, all at once (see `blocks`)."""
+"""Krawczyk's operator on many intervals of time at once (see `blocks`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The place of an outline that is nearest to a point, enclosed over intervals of time.
+"""The place on an outline nearest to a point, enclosed over intervals of time.
 
 Where an outline is nearest, the line to the point is across it: a place u with g(u, t) = (p(t) - a(u)) . d(u) = 0.
 Krawczyk's operator proves that there is exactly one such place within a region around the film's, at each time; that no

@@ -1,4 +1,4 @@
-"""Tables enclosed: piecewise polynomials, also across the ends of pieces.
+"""Enclosures of tables: piecewise polynomials, also across the boundaries of pieces.
 
 Over an argument's range [c - d, c + d] a continuous table lies in f(c) + [slopes](u - c), with the slopes of all pieces
 that the range meets: kinks are enclosed like everything else. One that jumps is enclosed by the values of its pieces.

@@ -1,7 +1,7 @@
-"""Tubes: a piece of a path enclosed from its beginning to its end, interval by interval.
+"""Tubes: enclosures of a piece of a path from its beginning to its end, interval by interval.
 
-In each interval there is one solution, which moves continuously. That neighbours hold the same one is proved at the
-instant where they meet: a small ball with exactly one solution lies inside both. So it is with the frames.
+In each interval there is one solution, which moves continuously. Neighbouring intervals hold the same one: at the
+instant where they meet, a small ball with exactly one solution lies inside both. The same is done at each frame.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A certificate in words, as data for programs, and as diagnostics."""
+"""A certificate as text, as data for programs, and as diagnostics."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _moment(one: Break) -> str:
 
 def _broken(bound: Bound) -> Diagnostic:
     claim = bound.held.claim
-    left, right = claim.told
+    left, right = claim.side_texts
     word = OF_RELATION.get(claim.relation, ("not", "="))[0]
     return Diagnostic(
         code="certify/broken-claim",
@@ -81,7 +81,7 @@ def _broken(bound: Bound) -> Diagnostic:
 
 
 def _undecided(bound: Bound) -> Diagnostic:
-    left, right = bound.held.claim.told
+    left, right = bound.held.claim.side_texts
     return Diagnostic(
         code="certify/undecided-claim",
         severity=Severity.WARNING,
@@ -130,7 +130,7 @@ def as_data(found: Certificate, source: SourceText) -> dict[str, Any]:
         "certified": found.frames,
         "farthest": found.worst if found.frames else None,
         "tubes": found.tubes,
-        "stretches": [{"time": one.begin, "end": one.end, "tubes": one.tubes} for one in found.stretches],
+        "stretches": [{"time": one.begin, "end": one.end, "tubes": one.tubes} for one in found.intervals],
         "breaks": [_place(one, source) for one in found.breaks],
         "refused": [_place(one, source) for one in found.refused],
         "jumps": [{"time": jump.time, "distance": jump.distance} for jump in found.jumps],

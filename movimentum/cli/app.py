@@ -108,9 +108,9 @@ def _dispatch(arguments: list[str], console: Console) -> int:
     except click.Abort:
         raise KeyboardInterrupt from None
     except click.ClickException as error:
-        told = StringIO()
-        error.show(file=told)
-        console.write(told.getvalue() + _about_numbers(error.format_message()))
+        shown = StringIO()
+        error.show(file=shown)
+        console.write(shown.getvalue() + _about_numbers(error.format_message()))
         return USAGE
     return code if isinstance(code, int) else 0
 
@@ -166,12 +166,12 @@ def _version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
         return
     from movimentum.version import version
 
-    told = f"movimentum, version {version()}\n"
+    shown = f"movimentum, version {version()}\n"
     if isinstance(context.obj, Console) and context.obj.verbose:
         from movimentum.workflow.installation import installation
 
-        told += installation()
-    answer(told)
+        shown += installation()
+    answer(shown)
     context.exit()
 
 

@@ -1,4 +1,4 @@
-"""`movimentum check`: everything that can be said without rendering."""
+"""`movimentum check`: everything that can be reported without rendering."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ def check(
     all_layers: bool,
     reverse: bool,
 ) -> int:
-    """Report everything that can be said about each SCRIPT without rendering it.
+    """Report everything about each SCRIPT that needs no rendering.
 
-    It reports errors, warnings and notes, and for every step what was left to solve and what is still free. Of several
-    scripts, the exit code is the highest.
+    It reports errors, warnings and notes, and for every step how much was left to solve and what is still free. With
+    several scripts, the exit code is the highest one.
     """
     from movimentum.workflow.check import check as checked
 

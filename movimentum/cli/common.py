@@ -1,6 +1,6 @@
-"""What commands share: options, the text forms of options, the file to write, and the report of an outcome.
+"""Parts that commands share: options, their text forms, the output file, and the report of the result.
 
-A command lists its options in the order of its help. Those that belong to `Choices` reach it as one argument, see
+A command lists its options in the order of its help. Options that belong to `Choices` reach it as one argument, see
 `with_choices`.
 """
 
@@ -249,7 +249,7 @@ ON_FAILURE = click.option(
 DASK = click.option(
     "--dask",
     metavar="ADDRESS",
-    help="Have the work done by a Dask cluster: `local` or `local:N` (N processes on this machine), or a scheduler's "
+    help="Do the work on a Dask cluster: `local` or `local:N` (N processes on this machine), or a scheduler's "
     "address, such as tcp://scheduler:8786 (extra `cluster`).",
 )
 

@@ -1,4 +1,4 @@
-"""`movimentum completion`: what a shell needs to complete commands, options and names of files."""
+"""`movimentum completion`: shell completion for commands, options and file names."""
 
 from __future__ import annotations
 

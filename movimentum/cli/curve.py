@@ -42,14 +42,14 @@ Examples:
     default=60.0,
     show_default=True,
     metavar="N",
-    help="Give up after so many seconds.",
+    help="Give up after N seconds.",
 )
 @click.option(
     "-o",
     "--output",
     metavar="OUT",
     shell_complete=files,
-    help="Draw the curve, too, over the film's first picture and under the point's path: a still (.svg, .png, .jpg).",
+    help="Also draw the curve, over the film's first picture and under the point's path: a still (.svg, .png, .jpg).",
 )
 @LIMITS
 @SPEECH
@@ -58,7 +58,7 @@ Examples:
 def curve(
     console: Console, *, choices: Choices, script: str, point: str, form: str, output: str | None, seconds: float
 ) -> int:
-    """Write the equation of the path of a point: of all positions of the mechanism, not only those of the film.
+    """Write the equation of a point's path, for all positions of the mechanism, not only those in the film.
 
     The first line is its degree, then comes the polynomial in x and y (pixels, y up), which is zero on the path.
     Assemblies of the mechanism with another path are left out.

@@ -1,4 +1,4 @@
-"""`movimentum import` and `movimentum export`: scripts from other programs' files, and the reverse."""
+"""`movimentum import` and `movimentum export`: scripts from other programs' files, and back."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ Examples:
     "--thickness",
     type=FiniteRange(min=0, min_open=True),
     metavar="D",
-    help="How thick parts are, in pixels (stl); one pixel is a millimetre.",
+    help="Thickness of the parts in pixels (stl); one pixel is a millimetre.",
 )
 @click.option(
     "--hole",

@@ -1,4 +1,4 @@
-"""`movimentum fit`: the constants that bring a script's goals nearest."""
+"""`movimentum fit`: the constants that best meet a script's goals."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _FitOptions:
-    """What the options say."""
+    """The values of the options."""
 
     vary: tuple[str, ...]
     seed: int
@@ -173,10 +173,10 @@ def _as_json(found: Fitted) -> str:
     scene = found.problem.lowered.timeline.scene
     pairs = list(zip(aim_outcomes(found, found.first), aim_outcomes(found, found.last), strict=True))
 
-    def told(purpose: Purpose) -> list[dict[str, Any]]:
+    def outcomes(purpose: Purpose) -> list[dict[str, Any]]:
         return [
             {
-                "text": now.told,
+                "text": now.text,
                 "line": now.line,
                 "rms": now.rms,
                 "worst": now.worst,
@@ -191,7 +191,7 @@ def _as_json(found: Fitted) -> str:
         ]
 
     rows = zip(job.names, found.before.tolist(), found.after.tolist(), job.intervals.tolist(), strict=True)
-    told_all = {
+    data = {
         "met": found.met,
         "constants": [
             {"name": name, "before": before, "after": after, "least": low, "most": high}
@@ -199,10 +199,10 @@ def _as_json(found: Fitted) -> str:
         ],
         "cost": cost_of(found, found.last),
         "cost_before": cost_of(found, found.first),
-        "goals": told(Purpose.GOAL),
-        "requirements": told(Purpose.REQUIREMENT),
+        "goals": outcomes(Purpose.GOAL),
+        "requirements": outcomes(Purpose.REQUIREMENT),
         "others": [dict(zip(job.names, row, strict=True)) for row in found.others.tolist()],
         "seed": job.seed,
         "diagnostics": to_json([*unmet(found), *notes(found)], scene.source),
     }
-    return json.dumps(told_all, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,4 +1,4 @@
-"""`movimentum fmt`: scripts in the layout of the gallery."""
+"""`movimentum fmt`: formats scripts in the layout of the gallery."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ Examples:
 def fmt(console: Console, *, scripts: tuple[str, ...], check: bool, diff: bool) -> int:
     """Format each SCRIPT in place; - is standard input to standard output.
 
-    Only white space changes, between lines and in them. Comments, and what the script means, stay as they are. Files
-    that a script includes are not touched, unless they are named too.
+    Only white space changes, between lines and in them. Comments and the meaning of the script stay as they are.
+    Included files are formatted only if they are named too.
     """
     if "-" in scripts and len(scripts) > 1:
         raise click.UsageError("- is standard input, and stands alone.")

@@ -1,4 +1,4 @@
-"""`movimentum golden`: record the results of scripts, and compare with them later."""
+"""`movimentum golden`: records the results of scripts, and compares with them later."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ Examples:
 @click.pass_obj
 @with_choices
 def golden_check(console: Console, *, choices: Choices, scripts: tuple[str, ...], to: Path | None, update: bool) -> int:
-    """Compare the results of each SCRIPT with the recording: first where things are, then how it looks.
+    """Compare the results of each SCRIPT with the recording: first positions, then pictures.
 
     If they differ, NAME.golden-failed/index.html shows expected, actual and difference side by side.
     """

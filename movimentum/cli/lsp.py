@@ -23,7 +23,7 @@ Examples:
 def lsp(*, stdio: bool) -> int:
     """Serve editors over standard input and output: the language server (extra `lsp`).
 
-    It says what is wrong while you type, completes, explains, renames and formats. Your editor starts it.
+    It reports errors while you type, completes, explains, renames and formats. Your editor starts it.
     """
     del stdio  # editors give it, as other servers need it
     if find_spec("pygls") is None:

@@ -58,8 +58,8 @@ Examples:
 def new(console: Console, *, kind: str | None, output: str | None) -> int:
     """Write a first script that already moves. Without KIND, list the kinds.
 
-    Every kind is a short script with comments. It needs no picture, and its lengths are constants at the top. A file
-    that exists is never written over.
+    Every kind is a short script with comments. It needs no picture, and its lengths are constants at the top. Existing
+    files are never overwritten.
     """
     from movimentum.workflow.samples import named, starters, write_starter
 
@@ -104,7 +104,7 @@ Examples:
 def examples(console: Console, *, folder: str, listing: bool, only: tuple[str, ...]) -> int:
     """Copy the gallery, scripts with their pictures, into FOLDER (movimentum-examples).
 
-    Files that are there already stay as they are.
+    Existing files stay as they are.
     """
     from movimentum.workflow.samples import copy_examples, named
     from movimentum.workflow.samples import examples as known

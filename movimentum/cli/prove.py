@@ -52,7 +52,7 @@ Exit codes:
     default=10.0,
     show_default=True,
     metavar="N",
-    help="Give up after so many seconds of computing; what is not decided by then is unknown.",
+    help="Give up after N seconds of computing; undecided claims are then unknown.",
 )
 @click.option(
     "--all-lengths",
@@ -67,8 +67,8 @@ Exit codes:
 def prove(console: Console, *, choices: Choices, script: str, seconds: float, all_lengths: bool, form: str) -> int:
     """Prove the claims of SCRIPT: that they hold in every position, not only in the film.
 
-    One line for each claim: its verdict, its place, and the claim. What a proof needs, why there is none, or a pose
-    that breaks a claim goes to stderr and into the JSON.
+    One line for each claim: its verdict, its place, and the claim. The conditions of a proof, the reason why there is
+    none, or a pose that breaks the claim go to stderr and into the JSON.
     """
     from movimentum.workflow.prove import proofs
     from movimentum.workflow.read import read

@@ -82,7 +82,7 @@ def solve(
     output: str,
     frames: FrameChoice | None,
 ) -> int:
-    """Write where everything is: a table with one row for each frame.
+    """Write the position of everything: a table with one row for each frame.
 
     The columns are frame, time, Thing.Anchor.x and .y of every anchor, Thing.angle of every thing (degrees, counting
     full turns), and every named variable. Coordinates are world coordinates in pixels, y up.

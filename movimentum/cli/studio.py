@@ -41,7 +41,7 @@ Examples:
 @click.pass_obj
 @with_choices
 def studio(console: Console, *, choices: Choices, script: str | None, port: int, no_open: bool) -> int:
-    """Write SCRIPT and see it move: a page in your browser, served from this machine only.
+    """Edit SCRIPT and watch it move, on a page in your browser, served from this machine only.
 
     What you type moves at once, and what you draw becomes text. Without SCRIPT, the page begins with a list
     of examples. The first line on standard output is the page's address with its token. Ctrl-C ends it.

@@ -27,7 +27,7 @@ MAX_VARIANTS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class _SweepOptions:
-    """What the options say."""
+    """The values of the options."""
 
     script: str
     vary: tuple[str, ...]
@@ -112,7 +112,7 @@ Examples:
 def sweep(console: Console, *, choices: Choices, asked: _SweepOptions, output: str) -> int:
     """Solve many variants of a script, and write a table with one row for each.
 
-    The columns are the constants that vary, the measures, the outcome (ok, binds, cannot be assembled, jumps) and the
+    The columns are the varying constants, the measures, the outcome (ok, binds, cannot be assembled, jumps) and the
     time at which it binds or jumps. A variant that fails is a row and does not end the sweep.
     """
     target = None if output == "-" else output_file(asked.script, output, ".csv")

@@ -1,4 +1,4 @@
-"""`movimentum trade`: what accuracy costs and gains."""
+"""`movimentum trade`: the costs and gains of accuracy."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def trade(
 ) -> int:
     """Measure what accuracy costs and gains on SCRIPT.
 
-    For every tier of --accuracy and every --quality, it measures the time and the error, compared with a solution of 50
-    digits or with a picture of many times the pixels.
+    For every tier of --accuracy and every --quality, it measures the time and the error, compared with a solution to 50
+    digits or with a picture of many more pixels.
     """
     from movimentum.workflow.tradeoff import TradeReport
     from movimentum.workflow.tradeoff import trade as measured

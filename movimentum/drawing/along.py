@@ -1,4 +1,4 @@
-"""Letters along a curve: where each of them stands, in every frame, and its outline there."""
+"""Letters along a curve: their positions and outlines in every frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Areas through points of several things: with straight edges, with arcs, or with one smooth edge."""
+"""Areas through points of several things, with straight edges, arcs, or one smooth edge."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PIECES = 16
 
 
 def area(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:
-    """What is inside, and the edge if it has one."""
+    """The inside, and the edge if there is one."""
     outline = area_outline(mark, points)
     yield MovingPart(FigurePart(PartForm.FILL, ()), outline, shown)
     if mark.ink is not None:

@@ -1,4 +1,4 @@
-"""The shape of an arrow: its shaft and its head, in whatever frame of reference its points are in."""
+"""The shape of an arrow, shaft and head, in the frame of reference of its points."""
 
 from __future__ import annotations
 

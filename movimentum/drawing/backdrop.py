@@ -1,4 +1,4 @@
-"""A grid and axes under a picture: things without a name that only the picture has, at rest and behind all others."""
+"""A grid and axes behind a picture: unnamed things that exist only in the picture, at rest behind all others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bézier curves: quadratic through three points, else cubic pieces, each three points further."""
+"""Bézier curves: quadratic through three points, otherwise cubic, three more points for each piece."""
 
 from __future__ import annotations
 

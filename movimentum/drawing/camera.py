@@ -1,7 +1,7 @@
-"""What the camera does to a picture, and what insets show: maps of the world onto itself, one for each frame.
+"""Maps for the camera and insets: the world onto itself, one map for each frame.
 
-Such a map is (F, 3): a zoom, and x and y. The world point p is drawn where ``zoom * p + (x, y)`` would be drawn without
-a camera. Strokes and letters are drawn as much larger.
+Such a map is (F, 3): a zoom, then x and y. The world point p is drawn where ``zoom * p + (x, y)`` would be drawn
+without a camera. Strokes and letters are zoomed, too.
 """
 
 from __future__ import annotations

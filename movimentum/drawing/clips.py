@@ -1,4 +1,4 @@
-"""What a thing is cut off by that is shown only inside another one: what that one covers, in the world."""
+"""Clips: the area of the thing that cuts off another one, in the world."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from movimentum.solver.poses import Poses
 
 
 def clip_outline(mark: ThingMark, poses: Poses) -> MovingPart:
-    """What a thing with an inside covers, as a filled part; it is not shown where there is nothing inside."""
+    """The area that a thing covers, as a filled part; it is not shown if nothing is inside."""
     shown = poses.visible[mark.paint.thing]
     if isinstance(mark, SymbolMark):
         from movimentum.drawing.areas import area_outline

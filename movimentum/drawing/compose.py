@@ -1,4 +1,4 @@
-"""Scene and choices -> display list. What it holds does not depend on how things move."""
+"""Scene and choices -> display list. The list does not depend on how things move."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _clips(scene: Scene) -> Iterator[tuple[int, ThingMark]]:
 
 
 def marks_of(scene: Scene, thing: Thing, at: DrawnAt) -> Iterator[ThingMark | FilmMark]:
-    """What one thing looks like, back to front; ``at``: `drawn_at` of the scene."""
+    """The marks of one thing, back to front; ``at``: `drawn_at` of the scene."""
     skeleton = skeleton_of(scene, thing)
     if skeleton is not None:
         yield from skeleton_marks(scene, thing, skeleton, at)

@@ -1,4 +1,4 @@
-"""Bodies that are more than a line: the parts of plates, polygons, gears, supports, links with edges, and pins."""
+"""The drawn parts of plates, polygons, gears, supports, links with edges, and pins: all but simple lines."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OPEN_CURVE = 2.0
 
 
 def body_parts(thing: Thing, joints: frozenset[int]) -> tuple[FigurePart, ...]:
-    """What a body consists of, back to front, in its local frame; pins are at the anchors ``joints``."""
+    """The parts of a body, back to front, in its local frame; pins are at the anchors ``joints``."""
     make = FIGURES.get(thing.kind.word)
     if not thing.anchors or make is None:
         return ()

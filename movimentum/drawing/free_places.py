@@ -1,10 +1,9 @@
-"""Where labels cross least: looked for once for the whole film, so that no label hops from frame to frame.
+"""Finds places for labels where they cross least, once for the whole film, so that no label hops between frames.
 
-A label that says nothing about its place may be in one of several directions from its anchor, the same in all frames or
-turning with the anchor's body. What it would cross there is measured in frames of the whole film: the length of all
-lines inside the box of its letters, the boxes of labels that have their places already, and what of its box the edge of
-a canvas that has a size would cut off. Ties go to the first place,
-so the same film has the same places everywhere.
+A label without a stated place may be in one of several directions from its anchor, the same in all frames or turning
+with the anchor's body. What it would cross there is measured in frames of the whole film: the length of all lines
+inside the box of its letters, the boxes of labels already placed, and the part of its box outside a canvas of stated
+size. Ties go to the first place, so the same film has the same places everywhere.
 """
 
 from __future__ import annotations

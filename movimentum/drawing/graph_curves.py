@@ -1,4 +1,4 @@
-"""The values of a graph in the whole film, between its frames too."""
+"""The values of a graph over the whole film, between frames too."""
 
 from __future__ import annotations
 

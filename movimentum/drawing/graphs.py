@@ -1,7 +1,7 @@
-"""Graphs beside the film: axes, ticks and letters, curves of the whole film, and dots where the values are now.
+"""Graphs beside the film: axes, ticks and letters, curves of the whole film, and dots at the current values.
 
-The curves follow the values between frames too, with their kinks and jumps, as exactly as a picture shows them: points
-that are closer than `NEAREST` to the line through their neighbours are left out, so a long film has no longer curves.
+The curves follow the values between frames too, with their kinks and jumps, as exactly as a picture can show. Points
+closer than `NEAREST` to the line through their neighbours are left out, so a longer film needs no longer curves.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _APART = 44.0  # world pixels between ticks, at least about
 
 
 def graph_marks(mark: GraphMark, curves: Sequence[FloatArray]) -> list[ThingMark]:
-    """What a graph consists of; ``curves``: (R, 3) rows x, y and whether there is a value, of each of them."""
+    """The parts of a graph; ``curves``: (R, 3) rows x, y and whether there is a value, of each of them."""
     field, ticks = _field(mark, curves)
     series = [_color(mark, number) for number in range(mark.curves)]
     lines = tuple(part for number, rows in enumerate(curves) for part in _curve(mark, field, rows, series[number]))
@@ -241,7 +241,7 @@ def _curve(mark: GraphMark, field: Field, rows: FloatArray, color: Color) -> Ite
 
 
 def _seen(points: FloatArray) -> Iterator[FloatArray]:
-    """What a picture shows of a line."""
+    """The visible part of a line."""
     kept = thinned(points)
     if len(kept) <= MOST_POINTS:
         yield kept

@@ -1,4 +1,4 @@
-"""Labels at anchors of other things: where their letters are, and the line that leads to them."""
+"""Labels at anchors of other things: their letters and leader lines."""
 
 from __future__ import annotations
 

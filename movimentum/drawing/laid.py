@@ -1,4 +1,4 @@
-"""Points of symbols in all frames at once: along the line between two points, and beside it. All in the world, y up."""
+"""Points of symbols in all frames at once: along the line between two points, and beside it. In the world, y up."""
 
 from __future__ import annotations
 

@@ -127,8 +127,8 @@ class FigureMark:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """What a graph shows: values ``low`` to ``high`` (x, y) in a rectangle of ``sides`` from the local point ``start``.
-    If ``polar``, x is an angle in degrees and y a distance, both from the middle.
+    """The field of a graph: values ``low`` to ``high`` (x, y) in a rectangle of ``sides`` from the local point
+    ``start``. If ``polar``, x is an angle in degrees and y a distance, both from the middle.
     """
 
     start: Point
@@ -165,7 +165,7 @@ class Along:
 
 @dataclass(frozen=True, slots=True)
 class SymbolMark:
-    """What is drawn at points of other things and for their distances: a spring, a dimension, a support …
+    """A mark at points of other things, drawn for their distances: a spring, a dimension, a support …
 
     ``own`` is what only things of its ``kind`` have. ``through``: (thing number, local point) each; it is drawn while
     all of them are visible. ``width``: of its lines; ``size``: of the symbol, or of its letters; ``ink`` of its lines
@@ -328,16 +328,16 @@ class FollowMark:
 
 
 FilmMark: TypeAlias = GraphMark | PolodeMark | FollowMark
-"""What can only be drawn when the whole film is known."""
+"""Marks that can be drawn only when the whole film is known."""
 
 BodyMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | FigureMark
-"""What is drawn in a body's own frame."""
+"""Marks in a body's own frame."""
 
 ThingMark: TypeAlias = ImageMark | TextMark | PolylineMark | DiscMark | LinkMark | FigureMark | SymbolMark | InsetMark
-"""What a thing of the scene looks like."""
+"""The marks of things of the scene."""
 
 OverMark: TypeAlias = NoteMark | FreeArrow
-"""What is drawn over a picture on request."""
+"""Marks drawn over a picture on request."""
 
 
 @dataclass(frozen=True, slots=True)

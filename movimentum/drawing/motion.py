@@ -1,4 +1,4 @@
-"""How the marks of a display list move: poses -> numbers of every frame. Frame of reference: the world, y up."""
+"""How the marks of a display list move: from poses to numbers for every frame. Frame of reference: the world, y up."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def state(mark: ThingMark | OverMark | TraceMark, poses: Poses) -> FloatArray:
 
 
 def _turning(mark: LinkMark | SymbolMark) -> tuple[tuple[int, Point], ...]:
-    """What a mark's picture turns with."""
+    """The body and its point that a mark's picture turns with."""
     return mark.through if isinstance(mark, SymbolMark) and mark.spot is not None and mark.spot.turning else ()
 
 

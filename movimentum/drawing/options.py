@@ -1,4 +1,4 @@
-"""How a picture should look: the choices on the command line."""
+"""The command line's choices about the look of a picture."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Quality(StrEnum):
 
 
 class Show(StrEnum):
-    """What can be drawn over a picture, and a grid and axes under it."""
+    """Extras over a picture, and a grid and axes under it."""
 
     NAMES = "names"
     ANCHORS = "anchors"

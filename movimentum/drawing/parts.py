@@ -1,4 +1,4 @@
-"""What figures are made of: strokes, filled outlines and dots, in whatever frame of reference their points are in."""
+"""The elements of figures: strokes, filled outlines and dots, in the frame of reference of their points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paths that points take, between frames too: with their kinks where they are, and gaps where they jump."""
+"""The paths of points, between frames too, with kinks where they bend and gaps where they jump."""
 
 from __future__ import annotations
 

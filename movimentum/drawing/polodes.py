@@ -1,4 +1,4 @@
-"""Polodes: the curves that poles go through in the whole film."""
+"""Polodes: the curves traced by poles over the whole film."""
 
 from __future__ import annotations
 

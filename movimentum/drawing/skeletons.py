@@ -1,4 +1,4 @@
-"""The kinematic diagram: what is drawn of bodies when only their joints and the lines between these are shown."""
+"""The kinematic diagram: bodies reduced to their joints and the lines between them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DrawnAt = Mapping[int, Sequence[Thing]]
 
 
 def drawn_at(scene: Scene) -> DrawnAt:
-    """What is drawn at the anchors of each thing of a scene, found in one pass over it."""
+    """The marks at the anchors of each thing of a scene, found in one pass over it."""
     found: dict[int, list[Thing]] = {}
     for each in scene.things:
         for number in dict.fromkeys(ref.thing for ref in each.through if isinstance(ref, AnchorRef)):

@@ -1,7 +1,7 @@
-"""Layers that change in time: the one list of marks has a place for every order in which they ever lie.
+"""Layers that change in time: the single list of marks has a slot for every paint order that occurs.
 
-A renderer draws its list from back to front, and leaves out what is not there in a frame. So what changes its layer is
-in the list several times, and in each frame it is drawn at one of these places.
+A renderer draws its list from back to front, and leaves out what is absent in a frame. So a mark whose layer changes is
+in the list several times, and each frame draws it at one of these places.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""The default look of things whose definition does not state it: colours 0 to 255; widths and radii are in
-`scene.looks`.
-"""
+"""Default colours (0 to 255) of things whose definition states none; `scene.looks` has widths and radii."""
 
 from __future__ import annotations
 

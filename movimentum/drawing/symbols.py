@@ -1,6 +1,6 @@
-"""What is drawn between anchors of other things, in every frame anew: springs, cylinders, dimensions, arrows, supports.
+"""Symbols drawn between anchors of other things, anew in every frame: springs, cylinders, dimensions, arrows, supports.
 
-Everything is computed for all frames at once, in the world; every way to draw a film gets the same points.
+Everything is computed for all frames at once, in the world; every renderer gets the same points.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def symbol_shown(mark: SymbolMark, poses: Poses) -> BoolArray:
 
 
 def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
-    """What a symbol consists of, back to front."""
+    """The parts of a symbol, back to front."""
     if mark.along is not None and mark.along.curve is not None:
         from movimentum.drawing.along import along_parts  # few films have letters along a curve
 
@@ -114,7 +114,7 @@ def moving_parts(mark: SymbolMark, poses: Poses) -> list[MovingPart]:
 
 
 def caption(mark: SymbolMark, poses: Poses) -> Caption | None:
-    """What is written at a symbol."""
+    """The text at a symbol."""
     if mark.text == ():
         return None
     if mark.kind is LABEL:

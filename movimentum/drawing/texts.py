@@ -1,4 +1,4 @@
-"""Texts whose numbers change: the letters of every frame."""
+"""The letters of texts with changing numbers, for every frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from movimentum.scene.shown import Piece, formatted, text_number
 from movimentum.solver.poses import Poses
 
 UNKNOWN = "–"
-"""What is written for a number that has no value."""
+"""The text for a number without a value."""
 
 
 def written(pieces: Sequence[Piece], thing: int, poses: Poses) -> list[str]:

@@ -1,4 +1,4 @@
-"""What stands at a place of a text, what there is to say about it, and another name for it wherever it is named."""
+"""What is at a place in a text, information about it, and renaming it everywhere."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_TEXT = 400
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is known of a name at the film's beginning: its ``value``, and the statements (with their lines) that
+    """The facts about a name at the film's beginning: its ``value``, and the statements (with their lines) that
     ``determined`` it.
     """
 
@@ -33,7 +33,7 @@ NO_FACTS = Facts()
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What there is to say about the text in ``span``: how it is ``written``, and ``paragraphs`` about it."""
+    """Information about the text in ``span``: how it is ``written``, and ``paragraphs`` about it."""
 
     span: Span
     written: str
@@ -46,7 +46,7 @@ class About:
 
 
 def about(project: Project, path: str, offset: int, facts: Callable[[str], Facts]) -> About | None:
-    """What there is to say about what stands at ``offset``. ``facts``: of a name such as ``Rod.A``."""
+    """Information about the text at ``offset``. ``facts``: of a name such as ``Rod.A``."""
     outline = project.outline(path)
     if outline is None:
         return None
@@ -56,10 +56,10 @@ def about(project: Project, path: str, offset: int, facts: Callable[[str], Facts
     piece = holding(outline.pieces, offset)
     if piece is None or piece.kind != "word":
         return None
-    told = word_help(piece.text[1:], member=False)
-    if not told:
+    helps = word_help(piece.text[1:], member=False)
+    if not helps:
         return None
-    return About(Span(piece.start, piece.end), told[0][0], tuple(words for _, words in told if words))
+    return About(Span(piece.start, piece.end), helps[0][0], tuple(words for _, words in helps if words))
 
 
 def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Facts]) -> About | None:
@@ -71,7 +71,7 @@ def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Fac
         if use.owner is None or use.piece.text not in MEMBER_HELP:
             return None
         written, words = MEMBER_HELP[use.piece.text]
-        return About(span, written, tuple(filter(None, [words, *_told(name, known)])))
+        return About(span, written, tuple(filter(None, [words, *_fact_lines(name, known)])))
     file = project.outline(symbol.path)
     text = "" if file is None else " ".join(file.text[symbol.whole.start : symbol.whole.end].split())
     if symbol.kind in ("variable", "index", "parameter") or not text:
@@ -80,10 +80,10 @@ def _about_use(project: Project, path: str, use: Use, facts: Callable[[str], Fac
     what = f"**{symbol.name}**: {described(symbol)}"
     if symbol.path != path:
         what += f" (of {symbol.path.replace(chr(92), '/').rpartition('/')[2]})"
-    return About(span, written, tuple(filter(None, [what, symbol.note, *_told(name, known)])))
+    return About(span, written, tuple(filter(None, [what, symbol.note, *_fact_lines(name, known)])))
 
 
-def _told(name: str, known: Facts) -> list[str]:
+def _fact_lines(name: str, known: Facts) -> list[str]:
     found: list[str] = []
     if known.value:
         found.append(f"At the beginning: `{name}` = {known.value}")
@@ -118,7 +118,7 @@ def full_name(project: Project, path: str, use: Use) -> str:
 
 
 def definition_of(project: Project, path: str, offset: int) -> Symbol | None:
-    """What is defined elsewhere and named at ``offset``."""
+    """The symbol named at ``offset`` and defined elsewhere."""
     use = project.use_at(path, offset)
     return None if use is None else use.symbol
 
@@ -127,7 +127,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def renamable(project: Project, path: str, offset: int) -> Use | None:
-    """What could get another name at ``offset``."""
+    """The symbol that can be renamed at ``offset``."""
     use = project.use_at(path, offset)
     return use if use is not None and use.symbol is not None else None
 
@@ -140,7 +140,7 @@ def renamed(project: Project, path: str, offset: int, name: str) -> Mapping[str,
     """
     use = renamable(project, path, offset)
     if use is None or use.symbol is None:
-        raise script_error("edit/name", "what stands here has no name of its own")
+        raise script_error("edit/name", "there is no name here")
     if _NAME.fullmatch(name) is None:
         message = f"`{name}` is not a name: names have letters, digits and `_`, and begin with a letter"
         raise script_error("edit/name", message, "for example `Rod2`")
@@ -180,7 +180,7 @@ def _text(project: Project, path: str) -> str:
 
 
 def _order(project: Project, uses: list[Use]) -> list[tuple[str, int] | None]:
-    """What each name of a file means: the file, and the number of the piece, in which that is defined."""
+    """The meaning of each name of a file: the file, and the number of the piece, in which that is defined."""
     numbers: dict[str, dict[int, int]] = {}
 
     def number(path: str, start: int) -> tuple[str, int]:

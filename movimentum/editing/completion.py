@@ -1,4 +1,4 @@
-"""What may be written where somebody is typing."""
+"""Completion: what may be written at the cursor."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class _Place:
 def proposals(
     project: Project, path: str, offset: int, folder: Callable[[str], list[str]] | None = None
 ) -> list[Proposal]:
-    """What may be written at ``offset``. ``folder``: the names in a folder, for files that a script reads."""
+    """Proposals at ``offset``. ``folder``: the names in a folder, for files that a script reads."""
     outline = project.outline(path)
     if outline is None or not 0 <= offset <= len(outline.text):
         return []
@@ -150,7 +150,7 @@ def _found(project: Project, outline: TextOutline, place: _Place) -> Iterator[Pr
         yield from (_symbol(each, span, f"{each.name}()") for each in parts)
         return
     if not before or (last is not None and last.kind == "sign" and last.text in ("@",)):
-        yield from (_word(f".{word}", "word", span, told) for word, told in ITEMS.items())
+        yield from (_word(f".{word}", "word", span, help_texts) for word, help_texts in ITEMS.items())
     for symbol in _visible(project, outline, place).values():
         if symbol.kind != "part":
             yield _symbol(symbol, span)
@@ -174,7 +174,7 @@ def _visible(project: Project, outline: TextOutline, place: _Place) -> dict[str,
 def _members(
     project: Project, outline: TextOutline, before: list[Lexeme], span: Span, begun: str
 ) -> Iterator[Proposal]:
-    """What may follow a dot: the anchors of a thing, what is in a copy, and the language's own members."""
+    """Proposals after a dot: the anchors of a thing, the contents of a copy, and the language's own members."""
     chain: list[Lexeme] = []
     depth = 0
     for piece in reversed(before):
@@ -207,11 +207,11 @@ def _members(
         yield _symbol(symbol, span)
     for word in builtin_members(owner):
         if word not in own:
-            written, told = MEMBER_HELP[word]
-            yield Proposal(word, "member", span, word, written, told)
+            written, help_texts = MEMBER_HELP[word]
+            yield Proposal(word, "member", span, word, written, help_texts)
     if owner is None or owner.kind in ("anchor", "variable", "constant", "parameter"):
-        written, told = MEMBER_HELP["r"]
-        yield Proposal("r", "function", span, "r(", written, told)
+        written, help_texts = MEMBER_HELP["r"]
+        yield Proposal("r", "function", span, "r(", written, help_texts)
 
 
 def _depth(pieces: list[Lexeme]) -> int:
@@ -223,7 +223,7 @@ def _dotted(before: list[Lexeme], span: Span) -> Iterator[Proposal]:
     texts = [piece.text for piece in before]
     first = texts[0] if texts else ""
     if not before or _only_a_time(before):
-        yield from (_word(f".{word}", "word", span, told) for word, told in ITEMS.items())
+        yield from (_word(f".{word}", "word", span, help_texts) for word, help_texts in ITEMS.items())
         yield from _values(span)
         return
     if texts[-1] == ":" and "{" not in texts:
@@ -271,13 +271,13 @@ def _only_a_time(before: list[Lexeme]) -> bool:
 
 def _values(span: Span) -> Iterator[Proposal]:
     for word in (*FUNCTIONS, *SYNONYMS):
-        written, told = function_help(word)
-        yield Proposal(f".{word}", "function", span, f".{word}(", written, told)
-    yield from (_word(f".{word}", "clock", span, told) for word, told in CLOCK_HELP.items())
+        written, help_texts = function_help(word)
+        yield Proposal(f".{word}", "function", span, f".{word}(", written, help_texts)
+    yield from (_word(f".{word}", "clock", span, help_texts) for word, help_texts in CLOCK_HELP.items())
 
 
-def _word(label: str, kind: str, span: Span, told: tuple[str, str]) -> Proposal:
-    return Proposal(label, kind, span, label, *told)
+def _word(label: str, kind: str, span: Span, help_texts: tuple[str, str]) -> Proposal:
+    return Proposal(label, kind, span, label, *help_texts)
 
 
 def _symbol(symbol: Symbol, span: Span, text: str | None = None) -> Proposal:
@@ -285,7 +285,7 @@ def _symbol(symbol: Symbol, span: Span, text: str | None = None) -> Proposal:
 
 
 def described(symbol: Symbol) -> str:
-    """What a symbol is, in a few words."""
+    """A short description of a symbol."""
     if symbol.kind == "thing":
         return "a picture" if symbol.word == "sprite" else f".{symbol.word}" if symbol.word in KIND_HELP else "a thing"
     if symbol.kind == "copy":

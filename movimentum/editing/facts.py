@@ -1,4 +1,4 @@
-"""What is known of the names of a script that was solved: their values at the film's beginning, and what determines
+"""Facts about the names of a solved script: their values at the film's beginning, and the statements that determine
 them.
 """
 
@@ -28,7 +28,7 @@ class KnownFacts:
         self._found: dict[str, Facts] = {}
 
     def __call__(self, name: str) -> Facts:
-        """What is known of ``name``, such as ``Rod``, ``Rod.A``, ``S[2].A.P`` or ``x``."""
+        """The facts about ``name``, such as ``Rod``, ``Rod.A``, ``S[2].A.P`` or ``x``."""
         if name not in self._found:
             try:
                 self._found[name] = self._facts(name)

@@ -1,4 +1,4 @@
-"""The pieces of a text, whether or not it is a script: for what has to work while somebody is typing."""
+"""The tokens of any text, valid script or not, for features that must work while somebody types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What editors mark in a text: kinds of names, what can be folded, an outline, and values beside constants."""
+"""What editors mark in a text: kinds of names, foldable ranges, an outline, and values beside constants."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Entry:
 
 
 def entries(outline: TextOutline) -> list[Entry]:
-    """What a text defines, and its steps."""
+    """The definitions in a text, and its steps."""
     return _entries(outline, outline.script.items)
 
 
@@ -125,7 +125,9 @@ def _entry(symbol: Symbol, span: Span, inside: tuple[Entry, ...] = ()) -> Entry:
 
 
 def folds(outline: TextOutline) -> list[tuple[Span, str]]:
-    """What can be folded, over several lines: steps with their statements, parts, loops, long definitions, comments."""
+    """The foldable ranges, over several lines: steps with their statements, parts, loops, long definitions,
+    comments.
+    """
     found: list[tuple[Span, str]] = []
     for items, end in _blocks(outline):
         steps = [item for item in items if item.kind == "step"]

@@ -1,4 +1,4 @@
-"""What a text defines, found without the grammar, so that a text that is being typed has an outline too."""
+"""The definitions in a text, found without the grammar, so that a half-typed text has an outline too."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ class _OutlineReader:
         symbol.shapes = [piece.text for piece, depth in rest if piece.kind == "name" and depth == 0]
 
     def named(self, item: OutlineItem, first: int, end: int) -> Symbol:
-        """What an item defines, with the indices behind its name: its pieces from ``first`` to ``end``."""
+        """The definition in an item, with the indices after its name: its pieces from ``first`` to ``end``."""
         piece, behind = item.pieces[first], item.pieces[first + 1 : end]
         home = item.scope
         while home.kind == "loop" and home.above is not None:

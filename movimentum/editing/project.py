@@ -1,4 +1,4 @@
-"""Texts that belong together: a script, what it includes, and what includes it. Names are resolved across them."""
+"""Texts that belong together: a script, its includes, and the scripts that include it. Names resolve across them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Project:
                     waiting.append(target)
 
     def lookup(self, path: str, scope: NameScope | None, name: str) -> Symbol | None:
-        """What a name means in a scope."""
+        """The meaning of a name in a scope."""
         while scope is not None:
             if name in scope.names:
                 return scope.names[name]
@@ -104,7 +104,7 @@ class Project:
         return found
 
     def members(self, symbol: Symbol | None) -> dict[str, Symbol]:
-        """What may follow a dot behind something, of what scripts define."""
+        """Members that may follow a dot, from the scripts' definitions."""
         if symbol is None:
             return {}
         if symbol.kind == "copy":
@@ -207,7 +207,7 @@ class Project:
         return symbol
 
     def use_at(self, path: str, offset: int) -> Use | None:
-        """What is named at ``offset``."""
+        """The symbol named at ``offset``."""
         found = [use for use in self.uses(path) if use.piece.start <= offset <= use.piece.end]
         return found[-1] if found else None
 
@@ -235,7 +235,7 @@ class Project:
 
 
 def builtin_members(symbol: Symbol | None) -> tuple[str, ...]:
-    """What may follow a dot behind something, of the language's own words."""
+    """Members that may follow a dot, from the language's own words."""
     if symbol is None or symbol.kind in ("variable", "constant", "parameter", "anchor", "index"):
         return tuple(VECTOR_MEMBERS)
     if symbol.kind == "thing":

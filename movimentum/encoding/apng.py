@@ -1,6 +1,7 @@
-"""APNG: our own stream of chunks. Pillow compresses one box at a time, and delays are exact fractions.
+"""APNG from our own stream of chunks: Pillow compresses one box at a time, and delays are exact fractions.
 
-A box replaces what was there (blend "source"), including alpha. So opaque and transparent pictures are treated alike.
+A box replaces the previous contents (blend "source"), including alpha. So opaque and transparent pictures are treated
+alike.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))
 
 
-def told(scale: float) -> bytes:
+def header_chunks(scale: float) -> bytes:
     """The chunks that say that colours are sRGB, and how large the pixels of a picture are at a ``scale``: a world
     pixel is as large as a browser's, 1/96 inch.
     """
@@ -76,7 +77,7 @@ class ApngWriter:
         """Header; the number of frames is filled in at the end."""
         self._stream.write(SIGNATURE)
         self._chunk(b"IHDR", struct.pack(">IIBBBBB", *self._size, 8, self._color_type, 0, 0, 0))
-        self._stream.write(told(self.scale))
+        self._stream.write(header_chunks(self.scale))
         self._count_at = self._stream.tell()
         self._chunk(b"acTL", struct.pack(">II", 0, self._loop))
 

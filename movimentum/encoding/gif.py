@@ -1,9 +1,9 @@
-"""GIF (89a), one frame at a time: a single palette, only what changed, and delays with the right sum.
+"""GIF (89a), one frame at a time: a single palette, only changed pixels, and delays with the right sum.
 
-Pillow's own animation writer keeps every frame in memory. Here it compresses one frame, and we take the image block
-from it (see `lzw`). A frame is the box that changed, and what did not change in it may be transparent. If the
-background is transparent, a frame is cleared before the next (disposal 2), because a GIF pixel cannot be made
-transparent again in any other way. Then a frame's box holds everything that it shows.
+Pillow's own animation writer keeps every frame in memory. Here Pillow compresses one frame, and we take the image block
+from it (see `lzw`). A frame is the box that changed; unchanged pixels in it may be transparent. On a transparent
+background, a frame is cleared before the next one (disposal 2), because a GIF pixel cannot become transparent in any
+other way. A frame's box then holds everything that it shows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is said about a GIF: what it cannot show, and what it weighs."""
+"""Notes about a GIF: what the format cannot show, and the file's size."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def colors(writer: GifWriter, lossy: int, path: Path) -> list[Diagnostic]:
 
 
 def weight(size: int, path: Path, frames: int, picture: tuple[int, int], fps: Fraction, lossy: int) -> list[Diagnostic]:
-    """What a large file weighs, and what would make it lighter."""
+    """The size of a large file, and ways to make it smaller."""
     if size <= _HEAVY:
         return []
     each = f"{counted(frames, 'frame')} of {picture[0]} x {picture[1]} pixels, {size / frames / 1000:.1f} kB each"
@@ -78,7 +78,7 @@ def weight(size: int, path: Path, frames: int, picture: tuple[int, int], fps: Fr
 
 
 def area(path: Path, frames: int, size: tuple[int, int], scale: float, fps: Fraction) -> list[Diagnostic]:
-    """That a GIF has so many pixels that thumbnails of it stand still, and what brings it below."""
+    """The note that a GIF has too many pixels for moving thumbnails, and what would help."""
     width, height = size
     if width * height * frames <= ANIMATED_AREA:
         return []

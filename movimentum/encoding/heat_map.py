@@ -1,4 +1,4 @@
-"""A value over two others: a map of coloured cells with contour lines, or coloured dots where places are scattered."""
+"""A value over two others: a map of coloured cells with contour lines, or coloured dots for scattered places."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""LZW as GIF has it: Pillow's coder, which takes 8 bits a pixel to begin with. If there are fewer colours, codes are
-renumbered here.
+"""LZW for GIF: Pillow's coder always starts with 8 bits a pixel, so codes are renumbered here if there are fewer
+colours.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """One palette for a whole film, and pictures as indices into it.
 
-Colours that the film is known to have (see `encoding.tints`) have places of their own; what is left goes to the colours
-of sampled frames: edges, which are mixtures, and images. If all of them fit, all are exact. Otherwise they are split by
-variance (in the spirit of Wu 1991: always split the group whose colours scatter most, across its principal axis), with
-a few rounds of k-means. docs/decisions compares other ways. There is no dithering: it doubles the file and flickers.
+Known colours of the film (see `encoding.tints`) have places of their own; the rest goes to the colours of sampled
+frames: edges, which are mixtures, and images. If all of them fit, all are exact. Otherwise they are split by variance
+(in the spirit of Wu 1991: always split the group with the largest scatter, across its principal axis), followed by a
+few rounds of k-means. docs/decisions compares other ways. There is no dithering: it doubles the file and flickers.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from movimentum.rendering.stamps import Box, Frame
 
 
 class FramePiece(NamedTuple):
-    """What a frame changes: coded ``data`` for the pixels of ``box``. ``missed``: how many of them are not as they were
-    drawn, and can be seen not to be; ``worst``: by how much of a channel at most. ``cut``: how many are
+    """The changes of a frame: coded ``data`` for the pixels of ``box``. ``missed``: how many of them are not as they
+    were drawn, and can be seen not to be; ``worst``: by how much of a channel at most. ``cut``: how many are
     half-transparent, and are not shown so.
     """
 
@@ -42,7 +42,7 @@ class Coder(Protocol):
         """
 
     def code(self, frame: Frame) -> FramePiece | None:
-        """What ``frame`` changes; None for nothing."""
+        """The piece for ``frame``; None if nothing changed."""
         ...
 
 

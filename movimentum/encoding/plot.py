@@ -1,4 +1,4 @@
-"""Plots of cost against error, on logarithmic scales, and of courses over time: as SVG text, or as a PNG by Pillow."""
+"""Plots of cost against error, on logarithmic scales, and of values over time: as SVG text, or as a PNG by Pillow."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""Drawing and encoding in runs of frames, in this process or in others.
+"""Draws and encodes runs of frames, in this process or in others.
 
-A run is 30 frames and, before them, the frame with which the first is compared. Runs are the same whichever process
-draws them, so the file is the same for any number of workers. A worker gets its runs one by one and sends back encoded
-pieces. No run is given out far ahead of the file, so memory depends
-neither on the length nor on slow workers.
+A run is 30 frames, preceded by the frame with which the first is compared. Runs are the same whichever process draws
+them, so the file is the same for any number of workers. Workers get runs one by one and send back encoded pieces. No
+run is given out far ahead of the file, so memory depends neither on the film's length nor on slow workers.
 
 Processes are forked on Linux, which costs about 10 ms. Elsewhere they are spawned, which costs about 0.35 s (measured),
 because a fork may interfere there with threads of the system's libraries. A forked worker runs only the loop in this

@@ -1,4 +1,4 @@
-"""Pictures by themselves, PNG or JPEG: one still, or a file for every frame."""
+"""Single pictures, PNG or JPEG: one still, or a file for every frame."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from movimentum.encoding.apng import AFTER_HEADER, told
+from movimentum.encoding.apng import AFTER_HEADER, header_chunks
 from movimentum.encoding.pieces import Coder, FramePiece, saved
 from movimentum.records import dataclass
 from movimentum.rendering.stamps import Box, Frame
@@ -30,7 +30,7 @@ class PngCoder(Coder):
         if not frame.changed:
             return None
         data = saved(frame.image, "PNG", compress_level=_COMPRESSION)
-        return _piece(frame.image, data[:AFTER_HEADER] + told(self.scale) + data[AFTER_HEADER:])
+        return _piece(frame.image, data[:AFTER_HEADER] + header_chunks(self.scale) + data[AFTER_HEADER:])
 
 
 class JpegCoder(Coder):

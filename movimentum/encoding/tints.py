@@ -1,5 +1,5 @@
-"""The colours of a film, known from its display list before a pixel is drawn: those that its marks declare and those
-that they take in the course of time; and frames in which all of them can be seen.
+"""The colours of a film, taken from its display list before any pixel is drawn: those that marks declare, and those
+that they take over time. Also picks frames that together show all of them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Tints:
 
 
 def tints(painter: Painter, source: PoseSource, frames: int) -> Tints:
-    """What a film of so many ``frames`` shows."""
+    """The colours of a film of so many ``frames``."""
     marks: list[ThingMark | OverMark | TraceMark] = [*painter.marks]
     marks += [trace.mark for trace in (*painter.paths, *painter.traces)]
     seen = sorted({number * frames // _EVENLY for number in range(_EVENLY)})

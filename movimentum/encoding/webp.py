@@ -1,7 +1,7 @@
 """Animated WebP, lossless: our own stream of chunks, because Pillow's writer keeps a list of all frames.
 
-An opaque frame is laid over the one before, and pixels that do not change are clear. On a transparent background a
-frame's box replaces what was there.
+An opaque frame is laid over the previous one, with unchanged pixels clear. On a transparent background a frame's box
+replaces the previous contents.
 
 The container is RIFF (Google, "WebP Container Specification"): VP8X, ANIM, then one ANMF for each frame.
 """
@@ -63,7 +63,7 @@ class WebpCoder(Coder):
 
 
 def _changed(part: Image.Image, before: Image.Image) -> Image.Image:
-    """What is not as it was ``before``; the other pixels are clear."""
+    """The pixels that differ from ``before``; the others are clear."""
     pixels = np.asarray(part)
     changed = (pixels != np.asarray(before)).any(axis=2)[..., None]
     return Image.fromarray(np.concatenate([pixels * changed, changed * np.uint8(255)], axis=2))

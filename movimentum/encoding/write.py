@@ -27,7 +27,7 @@ from typing import BinaryIO
 from PIL import Image, ImageChops
 
 from movimentum.advice import Advised, Choose
-from movimentum.budget import held
+from movimentum.budget import memory_used
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.style import Color
 from movimentum.encoding import gif, gif_notes, webp
@@ -80,7 +80,7 @@ class OutputFormat:
 
 @dataclass(frozen=True, slots=True)
 class WriteReport:
-    """What was written: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
+    """The result of writing: ``files``, ``frames`` shown (a GIF faster than 50 a second has fewer than were given), the
     picture's ``size`` (width, height) in pixels, the total ``duration`` in seconds as in the file, the number of
     ``workers`` that drew (1: this process), and ``diagnostics`` (warnings).
     """
@@ -221,7 +221,7 @@ class _Job:
             return 1
         if images is None:
             images, seconds = timed_frames(self.painter, self.source, [0, self.total // 2])
-        return workers_that_pay(seconds + _coding(coder, images[-1], images[-2]), self.total, held())
+        return workers_that_pay(seconds + _coding(coder, images[-1], images[-2]), self.total, memory_used())
 
 
 @dataclass(frozen=True, slots=True)

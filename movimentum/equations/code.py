@@ -195,8 +195,8 @@ def python_code(program: MotionProgram, *, arrays: bool = False) -> str:
     passed = "".join(f", {name}={name}" for name, _ in program.constants)
     more = NUMPY.format(constants=constants, passed=passed) if arrays else ""
     head = "import numpy as np\n" if arrays else ""
-    told = '    """Where everything is at time t: a dict by name."""'
-    begun = f"NAMES = (\n    {names},\n)\n\n\ndef pose(t{constants}):\n{told}"
+    docstring = '    """Where everything is at time t: a dict by name."""'
+    begun = f"NAMES = (\n    {names},\n)\n\n\ndef pose(t{constants}):\n{docstring}"
     return f"{PYTHON.format(head=head)}\n{begun}\n{body}\n    return dict(zip(NAMES, found_))\n{more}"
 
 

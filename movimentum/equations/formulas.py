@@ -1,4 +1,4 @@
-"""Programs as formulas for Excel, GeoGebra and Desmos, which know neither functions nor loops."""
+"""Programs as formulas for Excel, GeoGebra and Desmos, which have neither functions nor loops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What programs in each language stand on: tables, Newton's linear step, angles with their turns."""
+"""Helper functions that programs in each language need: tables, Newton's linear step, angles with their turns."""
 
 PYTHON = '''\
 """Made by `movimentum equations`. Lengths in pixels, y up; angles in degrees."""

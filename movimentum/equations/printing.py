@@ -1,4 +1,4 @@
-"""SymPy's printers, told how each language writes a root, an angle and a case."""
+"""SymPy's printers, adapted to how each language writes a root, an angle and a case."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""A motion as a small program: assignments in order, in SymPy's terms, which every language is printed from.
+"""A motion as a small program: assignments in order, in SymPy's terms, from which every language is printed.
 
-A step of the script is a `StageProgram`. A block with closed forms is assignments; its branch is a sign that time looks
-up. A block without carries its Newton loop, which starts from a pose of the path nearby. A continuous angle is the
-direction, plus whole turns from such a table.
+A step of the script is a `StageProgram`. A block with a closed form becomes assignments; its branch is a sign that is
+looked up by time. Any other block has a Newton loop, which starts from a nearby pose of the path. A continuous angle is
+the direction plus whole turns from such a table.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ RESERVED = frozenset(WORDS.split())
 
 
 @dataclass(frozen=True, slots=True)
-class KeptConstant:
+class ConstantSymbol:
     """The payload of a symbol for a constant that keeps its name."""
 
     name: str

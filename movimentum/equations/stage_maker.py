@@ -1,6 +1,6 @@
 """Makes a step's program from its plan: closed forms, Newton loops, and tables of signs, turns and starts.
 
-One expression in short named steps, at one instant: how the debugger tells a formula that is long.
+It also splits one long expression into short named steps at an instant, as the debugger shows long formulas.
 """
 
 from __future__ import annotations
@@ -365,12 +365,12 @@ def tidied(steps: Sequence[tuple[str, Any]], wanted: int) -> list[tuple[str, Any
         else:
             found.append((name, here))
     needed = set[str]()
-    told: list[tuple[str, Any]] = []
+    tidy: list[tuple[str, Any]] = []
     for place, (name, value) in reversed(list(enumerate(found))):
         if place >= len(found) - wanted or name in needed:
             needed |= {str(one) for one in value.free_symbols}
-            told.append((name, value))
-    return told[::-1]
+            tidy.append((name, value))
+    return tidy[::-1]
 
 
 def _decimal(value: Any, sympy: Any) -> Any:

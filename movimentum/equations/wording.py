@@ -1,10 +1,9 @@
-"""Programs as equations to read: plain text, LaTeX, MathML.
+"""Equations to read, as plain text, LaTeX and MathML: programs, and input–output equations.
 
-Input–output equations: what a drive and what it moves have to do with each other, without roots or branches.
-
-Two solutions are those of a quadratic equation in one unknown, or of a line and a conic in two. The line of a four-bar
-is Freudenstein's equation (F. Freudenstein, *Approximate synthesis of four-bar linkages*, Trans. ASME 77, 1955). Where
-its derivative by the drive is zero, too, what is driven stands still.
+An input–output equation relates a drive to what it moves, without roots or branches. Two solutions are those of a
+quadratic equation in one unknown, or of a line and a conic in two. For a four-bar the line is Freudenstein's equation
+(F. Freudenstein, *Approximate synthesis of four-bar linkages*, Trans. ASME 77, 1955). Where its derivative with respect
+to the drive is zero too, the driven link stands still.
 """
 
 from __future__ import annotations
@@ -173,7 +172,7 @@ Section = tuple[str, Sequence[tuple[str | None, Any]]]
 
 
 def sections(program: MotionProgram) -> Iterator[Section]:
-    """What there is to say about each step, in order; a length that is positive needs no bars."""
+    """The lines about each step, in order; a length that is positive needs no bars."""
     import sympy as library
 
     sympy: Any = library

@@ -1,4 +1,4 @@
-"""The operations on NumPy arrays; what generated code calls.
+"""The operations on NumPy arrays, called by generated code.
 
 Each takes and returns float64 arrays (or scalars) that broadcast; undefined values are nan, never an exception.
 """

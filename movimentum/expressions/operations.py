@@ -1,9 +1,9 @@
 """The table of operations: one row for each, with its name in a script, its value and its derivative.
 
-A column is an arithmetic (see `column`): floats (`floats`), NumPy arrays and the code that is generated
-(`arrays`), double-doubles, mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a
-``value`` holds in all of them; a new function of the language is one such row, and its name in `syntax.words`. A test
-tries every row in every column, values and derivatives, against mpmath.
+A column is an arithmetic (see `column`): floats (`floats`), NumPy arrays and generated code (`arrays`), double-doubles,
+mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a ``value`` works in all of them. So a new function
+of the language is one row here, and its name in `syntax.words`. A test tries every row in every column, values and
+derivatives, against mpmath.
 """
 
 from __future__ import annotations

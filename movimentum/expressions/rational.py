@@ -1,7 +1,7 @@
-"""What constants are exactly: rational numbers, computed from what the script states and never from digits.
+"""The exact values of constants: rational numbers, computed from what the script states and never from digits.
 
-A float that is 0 or 1 tells little: ``1 + 5e-17`` is 1 in floats, and no other number in a proof. So a folded constant
-may only lose its origin, or be left out of a sum or a product, where it is exactly that number.
+A float that is 0 or 1 proves little: ``1 + 5e-17`` is 1 in floats, but not in a proof. So a folded constant may lose
+its origin, or be left out of a sum or a product, only if it is exactly that number.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What splines are computed with, in numbers of any kind: banded systems, quintic pieces, polynomials."""
+"""Numerics for splines, in numbers of any kind: banded systems, quintic pieces, polynomials."""
 
 from __future__ import annotations
 

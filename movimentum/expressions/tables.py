@@ -1,10 +1,10 @@
 """A table of numbers as a function: straight lines between its rows, or a smooth curve through them.
 
-It is made of pieces, polynomials of at most the fifth degree in the distance from where each begins, and one more on
-either side: what the table says beyond its ends. So its derivatives are such functions too, exact to the last digit.
-The smooth curve is the cubic spline with two continuous derivatives: not-a-knot at its ends, or periodic (de Boor,
-*A Practical Guide to Splines*, chapter IV). Its slopes solve a tridiagonal system in floats; other kinds of numbers
-refine them by what is left over of the equations in their own arithmetic.
+Its pieces are polynomials of degree five at most in the distance from where each begins, plus one piece on either side
+for arguments beyond its ends. So its derivatives are such functions too, exact to the last digit. The smooth curve is
+the cubic spline with two continuous derivatives: not-a-knot at its ends, or periodic (de Boor, *A Practical Guide to
+Splines*, chapter IV). Its slopes solve a tridiagonal system in floats; other kinds of numbers refine them by the
+residual of the equations in their own arithmetic.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ DIGITS_OF_A_STEP = 12
 
 
 class Ends(StrEnum):
-    """What a table says beyond its first and its last row."""
+    """The behaviour of a table beyond its first and its last row."""
 
     NOTHING = ""
     HELD = "held"

@@ -1,4 +1,4 @@
-"""Traversing expressions, and making others from them."""
+"""Traverses and transforms expressions."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a fit is to bring about: the goals and requirements of a script, and by how much each is off.
+"""The goals and requirements of a script for a fit, and by how much each is off.
 
-They are written in terms of the constants that vary and of what is read off variants.
+They are written in terms of the varying constants and of values evaluated on variants.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class LoweredAims:
 
     @property
     def payloads(self) -> tuple[Hashable, ...]:
-        """What has to be read off a motion."""
+        """The values needed from a motion."""
         roots = [*(side for aim in self.aims for side in aim.sides), *(part.inner for part in self.reductions)]
         return payloads_read(*roots)
 

@@ -1,4 +1,4 @@
-"""What is read off solved variants: goals and requirements, in frames and at single times, and how they change.
+"""Evaluates goals and requirements on solved variants, in frames and at single times, with their derivatives.
 
 Single times may vary with the constants as anything else does.
 """

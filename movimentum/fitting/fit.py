@@ -1,4 +1,4 @@
-"""`fit`: the constants of a script that bring its goals nearest while its requirements hold."""
+"""`fit`: the constants of a script that best meet its goals while its requirements hold."""
 
 from __future__ import annotations
 
@@ -66,8 +66,9 @@ DIGITS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitJob:
-    """What is fitted: the constants ``names`` of a script within ``intervals`` (C, 2), ``own`` (C,) being the script's.
-    It can be sent to other processes, which come to the same, with what ``files`` know of others than the script.
+    """The input of a fit: the constants ``names`` of a script within ``intervals`` (C, 2), ``own`` (C,) being the
+    script's. It can be sent to other processes, which come to the same, with what ``files`` know of others than the
+    script.
     """
 
     source: SourceText
@@ -92,7 +93,7 @@ class FitProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """What came of a fit: the constants (C,) before and after, each with its motion; whether the requirements hold
+    """The result of a fit: the constants (C,) before and after, each with its motion; whether the requirements hold
     (``met``), and ``others``: constants (K, C) that are as good (all goals met) or nearly. ``left``: what the aims
     leave open; None where nothing moves.
     """
@@ -223,7 +224,7 @@ def done_here(problem: FitProblem) -> Work:
 
 
 def task_done(problem: FitProblem, task: Task) -> Candidates:
-    """What comes of one part of the search."""
+    """The result of one part of the search."""
     found = problem.search.piece(task[1]) if task[0] == "piece" else problem.search.island(task[1])
     found = found.best(BEST * 4)
     return largest(problem.search, found.best(1)).and_others(found) if problem.search.merit.extremes else found

@@ -1,8 +1,8 @@
-"""Least squares of many starts at once: Levenberg and Marquardt's method, within bounds.
+"""Least squares for many starts at once: Levenberg and Marquardt's method, within bounds.
 
-Damping by Nielsen's rule (Madsen, Nielsen & Tingleff, Methods for Non-Linear Least Squares Problems, 2004, 3.2), alike
-for all unknowns as Levenberg has it, or in proportion to what each has weighed at most, as in MINPACK (Moré 1978).
-Neither is better everywhere. Unknowns at a bound that the descent leads beyond stay there (projection).
+Damping follows Nielsen's rule (Madsen, Nielsen & Tingleff, Methods for Non-Linear Least Squares Problems, 2004, 3.2),
+either equal for all unknowns, as in Levenberg, or in proportion to each one's largest weight so far, as in MINPACK
+(Moré 1978). Neither is better everywhere. Unknowns that the descent would push beyond a bound stay at it (projection).
 """
 
 from __future__ import annotations

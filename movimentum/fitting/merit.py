@@ -1,4 +1,4 @@
-"""The merit of variants: how far goals are missed, and how far requirements are from being met."""
+"""The merit of variants: how far they miss goals and violate requirements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""What a fit writes: the script with other values and pictures of before and after; and its search on a cluster."""
+"""The output of a fit: the script with its new values, and pictures of before and after. Also runs the search on a
+cluster.
+"""
 
 from __future__ import annotations
 
@@ -96,5 +98,5 @@ def _problem(data: bytes) -> FitProblem:
 
 
 def search_part(data: bytes, task: Task) -> Candidates:
-    """What comes of one part of the search; runs on a worker."""
+    """The result of one part of the search; runs on a worker."""
     return task_done(_problem(data), task)

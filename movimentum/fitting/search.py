@@ -1,7 +1,7 @@
-"""Where the best constants are: many starts, each followed to its nearest best, some at a time.
+"""Searches for the best constants: many starts, each followed to its nearest optimum, some at a time.
 
-A *piece* of the search is a part of a Sobol sequence, of which the best points are starts; an *island* is a population
-that evolves (differential evolution) and whose best are starts. What comes of a piece depends on its number only, so
+A *piece* of the search is a part of a Sobol sequence, whose best points are starts; an *island* is a population that
+evolves (differential evolution), whose best members are starts. The result of a piece depends only on its number, so
 pieces may be done anywhere, in any order.
 """
 

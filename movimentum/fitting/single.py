@@ -1,4 +1,4 @@
-"""Variants one by one, each solved as a script of its own: what cannot be solved together, and the last word."""
+"""Variants solved one by one, each as its own script: those that cannot be solved together, and the final check."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a solved segment changes with the constants: exact, by the implicit function theorem.
+"""The exact derivatives of a solved segment with respect to the constants, by the implicit function theorem.
 
 A block's equations F(x, y, k, t) = 0 in its unknowns x, given those y of earlier blocks and the constants k, hold for
 all variants, so their derivatives do: J x_k = -(F_k + F_y y_k) with J = F_x. Block after block in the plan's order. A

@@ -1,4 +1,4 @@
-"""What a fit has found, in the units of the script: constants, goals, requirements."""
+"""The result of a fit, in the script's units: constants, goals, requirements."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _ANGLE = re.compile(r"\.a(ngle)?\s*\(.*\)", re.DOTALL)
 
 @dataclass(frozen=True, slots=True)
 class AimOutcome:
-    """How far a goal or a requirement (``told`` as the script says it, in ``line``) is off: the root of the mean square
+    """How far a goal or a requirement (``text`` in the script, in ``line``) is off: the root of the mean square
     over its frames (``rms``), and the most (``worst``) at ``time`` (None: it is about the whole film). Of an inequality
     ``worst`` is what is too much: below 0 it holds, with that to spare. None where the variant does not move. What is
     to be as large or as small as can be has a ``value`` instead.
     """
 
     claim: Claim = field(repr=False)
-    told: str
+    text: str
     line: int
     rms: float | None
     worst: float | None
@@ -93,7 +93,7 @@ def unmet(fitted: Fitted) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "fit/requirement",
             Severity.ERROR,
-            f"no variant meets `{outcome.told}`: the nearest is off by {number(outcome.worst)}{when}",
+            f"no variant meets `{outcome.text}`: the nearest is off by {number(outcome.worst)}{when}",
             claim.span,
             notes=(f"the nearest: {constants_text(fitted)}",),
         ).advised(
@@ -105,10 +105,10 @@ def unmet(fitted: Fitted) -> Iterator[Diagnostic]:
 
 def _other_sense(claim: Claim, sides: FloatArray) -> Iterator[str]:
     """Advice where an angle that is to be large is below 0 all the time: it is counted in the other sense."""
-    angle, limit = claim.told[0], claim.right[0].value
+    angle, limit = claim.side_texts[0], claim.right[0].value
     below = limit is not None and bool((sides > max(limit, 0.0)).all())
     if below and claim.relation is Relation.ABOVE and _ANGLE.fullmatch(angle):
-        yield f"an angle has a sign, and this one is negative: `.abs({angle}) > {claim.told[1]}`"
+        yield f"an angle has a sign, and this one is negative: `.abs({angle}) > {claim.side_texts[1]}`"
 
 
 def _nearest(claim: Claim, worst: float, text: str) -> Fix:
@@ -170,7 +170,7 @@ def notes(fitted: Fitted) -> Iterator[Diagnostic]:
 
 
 def _at_an_end(fitted: Fitted, name: str, value: float, low: float, high: float) -> Iterator[Diagnostic]:
-    """That a constant stands at an end. A wider range is proposed if that brings the goals nearer, or may."""
+    """The note that a constant is at an end of its range. A wider range is proposed if it helps, or may help."""
     job, lowered = fitted.problem.job, fitted.problem.lowered
     least, most = -np.inf, np.inf
     if any(part.time is not None and name in varied_names(part.time) for part in lowered.reductions):
@@ -223,7 +223,7 @@ def cost_of(fitted: Fitted, motion: SingleMotion) -> float | None:
 
 
 def fit_text(found: Fitted) -> str:
-    """What is printed: constants before and after, what each goal misses by, each requirement."""
+    """The printed result: constants before and after, the error of each goal, each requirement."""
     job = found.problem.job
     lines: list[str] = []
     if found.problem.reason is not None:
@@ -237,10 +237,10 @@ def fit_text(found: Fitted) -> str:
         if own:
             lines.append(f"{title}:")
         for was, now in own:
-            told = _off(now, purpose is Purpose.GOAL)
+            off = _off(now, purpose is Purpose.GOAL)
             moved = was.rms is not None or was.value is not None
             earlier = f"   (before: {_off(was, purpose is Purpose.GOAL)})" if moved else ""
-            lines.append(f"  line {now.line}: {now.told}: {told}{earlier}")
+            lines.append(f"  line {now.line}: {now.text}: {off}{earlier}")
     if len(found.others):
         lines.append(f"{counted(len(found.others), 'other solution')}, equally good:")
         rows = ([f"{n} = {number(v, 8)}" for n, v in zip(job.names, r, strict=True)] for r in found.others.tolist())

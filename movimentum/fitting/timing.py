@@ -1,9 +1,9 @@
-"""Precision points at times that are to be found: the best times of given mechanisms, without a search.
+"""Precision points at unknown times: finds the best times of given mechanisms directly, without a search.
 
-Where a constant is nothing but the time of precision points, the best one for a mechanism is where its curve comes
-nearest to them. So a search need not try times: of every mechanism it knows the best (variable projection: Golub &
-Pereyra, SIAM J. Numer. Anal. 10, 1973). Requirements such as `t1 < t2` make chains of times; the best times in
-their order are found by dynamic programming over the instants at which a mechanism is solved anyway.
+Where a constant is only the time of precision points, its best value for a mechanism is where the curve comes nearest
+to them. So the search need not try times: for every mechanism the best ones are known (variable projection: Golub &
+Pereyra, SIAM J. Numer. Anal. 10, 1973). Requirements such as `t1 < t2` make chains of times; the best times in their
+order are found by dynamic programming over the instants at which a mechanism is solved anyway.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from movimentum.variants.together.pattern import Pattern
 from movimentum.variants.tracing import Reduced, Varied, varied_names
 
 FAR = 1e300
-"""What it costs to be where no time may be."""
+"""The cost of a forbidden time."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
-"""What makes no difference: constants that come back to where they were, and what goals leave open.
+"""What makes no difference to a fit: constants that are periodic, and what the goals leave open.
 
-A full turn of an angle is a period, and so is the length of a film that begins again.
+A full turn of an angle is a period, and so is the length of a film that loops.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Undecided:
 
 
 def undecided(search: Search, point: FloatArray) -> Undecided:
-    """What is left open at a solution, a ``point`` (C,) of the unit box."""
+    """The directions left open at a solution, a ``point`` (C,) of the unit box."""
     sampler = np.random.default_rng(search.seed)
     around = point + np.where(point < 0.5, 1.0, -1.0) * sampler.uniform(0.0, NEARBY, (ELSEWHERE, len(point)))
     found = search.at(np.concatenate([point[None], around]), slopes=True)

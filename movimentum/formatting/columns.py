@@ -1,8 +1,7 @@
-"""A script in the layout of the gallery: the same script, with the same comments, in other white space.
+"""Aligns a script in the layout of the gallery: the same script and comments, with different white space.
 
-Where the columns of a text are: what stands in line with something of another row stays there, if there is room. What
-does not is set in line with the rows around it; where nothing is in line yet, all of them are, but for a row that would
-push the others far away.
+Text that is already aligned with another row stays where it is, if there is room. Other text is aligned with the rows
+around it. Where nothing is aligned yet, all rows are, except one that would push the others far away.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A text as a row of tokens and comments, each with what the layout has to know about it.
+"""A text as a row of tokens and comments, each with what the layout needs to know about it.
 
 Between any two tokens of one item: nothing, a space, or a gap whose width depends on other lines.
 """
@@ -21,7 +21,7 @@ Piece = Clause | Token
 
 
 class Glue(Enum):
-    """What stands in front of a token."""
+    """The white space before a token."""
 
     NOTHING = 0
     SPACE = 1

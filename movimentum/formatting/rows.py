@@ -1,7 +1,7 @@
-"""The lines of a formatted text, before it is decided where their columns are.
+"""The lines of a formatted text, before their columns are decided.
 
-Lines begin and end where the author has it, except that a step, and what stands in a block over several lines, begins a
-line of its own.
+The author's line breaks stay, except that a step, and the contents of a block over several lines, begin a line of their
+own.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ class _Typesetter:
             row.cells.append(self._cell(element, (self.item, 0, 0), ITEM_GAP))
 
     def _body(self, element: Leaf) -> LineCell:
-        """What stands first behind a step, in its line."""
+        """The first element after a step, in its line."""
         cell = self._cell(element, _BODY, SPACE_GAP)
         cell.fixed = element.column
         return cell

@@ -1,11 +1,9 @@
-"""Comparing a script with its golden frames: first the numbers, then the pixels.
+"""Compares a script with its golden frames: first the numbers, then the pixels.
 
-Whether a picture is the one that was recorded, or as near to it as the correct result of another renderer.
-
-On the machine and with the Pillow that recorded it, pixels are the same except for rounding. Elsewhere a difference is
-judged after a Gaussian blur. Several measures were tried on pictures of other renderers and on pictures with faults
-(shifts, turns, a missing bar). Only the largest difference after the blur distinguishes them; RMS and structural
-similarity do not.
+On the machine and with the Pillow that recorded them, pixels are the same except for rounding. Elsewhere a picture must
+be as near to the recording as another renderer's correct result, judged after a Gaussian blur. Several measures were
+tried on pictures of other renderers and on faulty pictures (shifts, turns, a missing bar). Only the largest difference
+after the blur distinguishes them; RMS and structural similarity do not.
 """
 
 from __future__ import annotations
@@ -157,7 +155,7 @@ class _Recorded:
 
 
 def _recorded(golden: Golden) -> _Recorded:
-    """What was recorded, without the rows of the table; `ScriptError` if there is nothing, or if it cannot be read.
+    """The recording without the rows of its table; raises `ScriptError` if there is none, or if it cannot be read.
 
     A folder may come from anywhere, so no more of the table is read later than our own would take.
     """
@@ -215,7 +213,7 @@ def _picture(path: Path, actual: Image.Image) -> Image.Image | tuple[int, int] |
 
 
 def _numbers(golden: Golden, made: Rendition, recorded: _Recorded) -> Iterator[Diagnostic]:
-    """What is not where it was."""
+    """Anchors, angles and variables that differ from the recording."""
     header, frames = recorded.header, recorded.manifest.frames
     motion = made.solution.motion
     count = motion.timeline.frame_count

@@ -1,4 +1,4 @@
-"""The page for a person when golden frames differ: expected, actual and difference, side by side in a page."""
+"""The report page for golden frames that differ: expected, actual and difference, side by side."""
 
 from __future__ import annotations
 

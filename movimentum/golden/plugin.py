@@ -70,7 +70,7 @@ class GoldenItem(pytest.Item):
             raise Differs(outcome)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """What `movimentum golden check` would say."""
+        """The report of `movimentum golden check`."""
         from movimentum.diagnostics import render_text
         from movimentum.errors import MovimentumError
         from movimentum.golden.page import report_folder

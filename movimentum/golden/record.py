@@ -1,9 +1,8 @@
-"""Golden frames: the results of a script when somebody last looked at them and found them right.
+"""Records golden frames: the results of a script once somebody has looked at them and found them right.
 
 Beside ``NAME.mov``, or in another folder, ``NAME.golden/`` holds ``poses.csv`` (a table as `solve` writes it), some
-frames as PNG, and ``golden.json``, which says what they were recorded with.
-
-The manifest of a recording, ``golden.json``, read with care, because it may come from anywhere.
+frames as PNG, and ``golden.json``, which says what they were recorded with. This manifest is read with care, because it
+may come from anywhere.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ FORMAT = 1
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """What ``golden.json`` says: how many ``frames`` the film had, of which there are ``pictures``, and who drew
+    """The contents of ``golden.json``: how many ``frames`` the film had, of which there are ``pictures``, and who drew
     them.
     """
 

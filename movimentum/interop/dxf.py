@@ -1,4 +1,4 @@
-"""Drawings in DXF: parts with their holes, and scripts from layers of lines, by the library ezdxf (extra ``dxf``)."""
+"""Drawings in DXF, by the library ezdxf (extra ``dxf``): exports parts with holes, and imports layers of lines."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _clean(value: float) -> float:
 
 @dataclass(slots=True)
 class _Layer:
-    """What a layer has: lines (open or closed) with the radius of their arcs, and circles."""
+    """The contents of a layer: lines (open or closed) with the radius of their arcs, and circles."""
 
     lines: list[tuple[list[Point], bool, float]] = field(default_factory=list[tuple[list[Point], bool, float]])
     circles: list[tuple[Point, float]] = field(default_factory=list[tuple[Point, float]])
@@ -109,9 +109,9 @@ def dxf_script(source: SourceText, title: str) -> tuple[str, tuple[Diagnostic, .
     if not things:
         message = f"{source.path} has no lines, polylines or circles in its model space"
         raise ScriptError([Diagnostic("import/dxf", Severity.ERROR, message)])
-    told = [f"{count} × {kind}: a script has nothing of that kind" for kind, count in sorted(skipped.items())]
-    told += [f"`{thing.name}`: {thing.lost}" for thing in things if thing.lost]
-    return _script(things, title), tuple(Diagnostic("import/left-out", Severity.WARNING, each) for each in told)
+    messages = [f"{count} × {kind}: a script has no counterpart" for kind, count in sorted(skipped.items())]
+    messages += [f"`{thing.name}`: {thing.lost}" for thing in things if thing.lost]
+    return _script(things, title), tuple(Diagnostic("import/left-out", Severity.WARNING, each) for each in messages)
 
 
 def _take(entity: Any, drawn: _Layer) -> bool:
@@ -161,7 +161,7 @@ class _Thing:
     options: str
     still: bool
     lost: str = ""
-    """What of the drawing the thing cannot have."""
+    """The features of the drawing that the thing loses."""
 
 
 def _things(layers: dict[str, _Layer]) -> list[_Thing]:

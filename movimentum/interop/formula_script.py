@@ -1,4 +1,4 @@
-"""Triangular formulas as a script: points become anchors of bars and discs, inputs drives."""
+"""Converts triangular formulas to a script: points become anchors of bars and discs, inputs become drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The values of a file of formulas: inputs, the number of frames, the first pose; lists of values as statements."""
+"""The values in a file of formulas: inputs, number of frames, first pose; and lists of values as statements."""
 
 from __future__ import annotations
 

@@ -280,12 +280,12 @@ def _refuse_other_counts(formula: Formula, arguments: Sequence[FloatArray]) -> N
         if value.ndim > (1 if letter == "P" else 0)
     }
     if len(set(counts.values())) > 1:
-        told = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
-        raise error_at("formula/counts", f"{formula}: different numbers of values: {told}", formula.span)
+        counts_text = ", ".join(f"`{word}` has {count}" for word, count in counts.items())
+        raise error_at("formula/counts", f"{formula}: different numbers of values: {counts_text}", formula.span)
 
 
 def _unreachable(formula: Formula, fault: Fault, rows: NDArray[np.bool_]) -> Diagnostic:
-    """What ``fault`` says of the first of ``rows`` (F,)."""
+    """The text of ``fault`` for the first of ``rows`` (F,)."""
     count, first, many = len(rows), int(np.argmax(rows)), int(np.count_nonzero(rows))
     where = f" at input {first} of {count}" if count > 1 else ""
     if many > 1:

@@ -1,6 +1,6 @@
-"""A scene as a linkage of rods, for the file format "linkages", and the rigidity matrix of such a linkage.
+"""Exports a scene as a linkage of rods in the file format "linkages", with the rigidity matrix of such a linkage.
 
-The joints of a scene: anchors that a segment's constraints hold together.
+The joints of a scene are anchors that a segment's constraints hold together.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def linkage_of(
     fixed = tuple(joint.number for joint in joints if joint.fixed is not None)
     degrees = tuple(turn(vertices, corner) for corner in corners)
     linkage = Linkage(tuple(vertices), tuple(rods.values()), fixed, tuple(corners), degrees)
-    return linkage, tuple(joint.told(scene) for joint in joints), tuple(left_out)
+    return linkage, tuple(joint.label(scene) for joint in joints), tuple(left_out)
 
 
 def _clean(value: float) -> float:
@@ -184,7 +184,7 @@ class Joint:
         """The anchor that represents all."""
         return self.anchors[0]
 
-    def told(self, scene: Scene) -> str:
+    def label(self, scene: Scene) -> str:
         """Its anchors as the script names them."""
         return " = ".join(
             f"{scene.things[a.thing].name}.{scene.things[a.thing].anchors[a.anchor].name}" for a in self.anchors

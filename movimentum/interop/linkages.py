@@ -2,9 +2,8 @@
 
 A file consists of lines. One that starts with ``v``, ``e``, ``f`` or ``a`` opens a section (the rest of it is ignored).
 Each line after it holds, by section, two floats (a vertex), two indices (a rod between two vertices), one index (a
-fixed vertex) or three indices ``i j k`` (the angle at vertex i, from j to k, is fixed). Indices count from 0. Sections
-may be repeated, in any order. Lengths and angles follow from the coordinates. Anything else is left out, with a
-warning.
+fixed vertex) or three indices ``i j k`` (the angle at vertex i, from j to k, is fixed). Indices start at 0. Sections
+may be repeated, in any order. Lengths and angles follow from the coordinates. Anything else is ignored, with a warning.
 """
 
 from __future__ import annotations

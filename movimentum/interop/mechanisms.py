@@ -65,8 +65,8 @@ class _Reader:
         token = self.tokens[self.place]
         if token.kind != kind and token.text not in wanted:
             what = " or ".join(f"`{word}`" for word in wanted) if wanted else f"a {kind}"
-            told = f"`{token.text}`" if token.text else "the end"
-            raise error_at("mechanism/syntax", f"found {told} where {what} should be", token.span)
+            shown = f"`{token.text}`" if token.text else "the end"
+            raise error_at("mechanism/syntax", f"found {shown} where {what} should be", token.span)
         self.place += 1
         return token
 

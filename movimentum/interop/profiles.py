@@ -1,4 +1,4 @@
-"""The points of profiles and curves as a table, for machines that cut them and for `.points`."""
+"""Points of profiles and curves as a table, for machine tools and for `.points`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The format of a text, judged by its content."""
+"""Recognises the format of a text by its content."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def without_comments(text: str) -> str:
 
 
 def binary_drawing(data: bytes) -> str:
-    """What kind of drawing that is no text a file is, or nothing."""
+    """The kind of a binary drawing, or nothing."""
     if data.startswith(b"AutoCAD Binary DXF"):
         return "a binary DXF"
     return "a DWG, which only CAD programs read" if re.match(rb"AC10\d\d\0", data) else ""
@@ -66,7 +66,7 @@ def code_page_of_dxf(data: bytes) -> str | None:
 
 
 class FileKind(StrEnum):
-    """What can be imported."""
+    """The kinds of files that can be imported."""
 
     LINKAGE = "linkage"
     MECHANISM = "mechanism"
@@ -76,7 +76,7 @@ class FileKind(StrEnum):
     DXF = "dxf"
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The format's name in a sentence."""
         return {
             "linkage": "a linkage file",
@@ -102,7 +102,7 @@ _VALUE = re.compile(r"\s*[^\W\d]\w*\s*=\s*[-+\[(\d.]")
 _VERTICES = re.compile(r"(?:^|[\r\n])[ \t]*v[^\r\n]*[\r\n]+[ \t]*[-+.\d]\S*[ \t]+[-+.\d]\S*[ \t]*(?:[\r\n]|\Z)")
 _TRIANGLE = re.compile(rf"\s*(?:{'|'.join(SHAPES)})[ \t]*\[")
 _SCRIPT = re.compile(r"(?:^|[\r\n])[ \t]*@|\w\s*:|=[^\r\n;]*;[ \t]*(?:[\r\n]|\Z)")
-"""What the formats of other programs do not have: a step, a definition, a statement with its end."""
+"""Signs of a script that other programs' formats lack: a step, a definition, a statement with its end."""
 _SECTION = re.compile(r"(?:^|[\r\n])[ \t]*[vefa]")
 
 
@@ -145,7 +145,7 @@ def kind_of(source: SourceText) -> FileKind:
 
 
 def not_a_script(source: SourceText) -> Diagnostic | None:
-    """What is wrong with another program's file where a script is expected; None if it may be meant as a script."""
+    """The error for another program's file where a script is expected; None if it may be meant as a script."""
     text = without_comments(source.text)
     foreign = any(beginning.match(text) for beginning in (_MECHANISM, _TRIANGLE, _LINKAGE2, _PMKS, _DXF))
     foreign |= _SECTION.match(text) is not None and _VERTICES.search(text) is not None
@@ -156,6 +156,6 @@ def not_a_script(source: SourceText) -> Diagnostic | None:
     return Diagnostic(
         "syntax/foreign",
         Severity.ERROR,
-        f"{source.path} is {kind.told} and not a script",
+        f"{source.path} is {kind.description} and not a script",
         helps=(f"movimentum import {typed(source.path)} -o {typed(target)}",),
     )

@@ -1,4 +1,4 @@
-"""Other programs' files as scripts, whatever their format."""
+"""Converts other programs' files to scripts, whatever their format."""
 
 from __future__ import annotations
 

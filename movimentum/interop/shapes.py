@@ -1,4 +1,4 @@
-"""The parts of a mechanism as shapes to be made: outlines of lines and arcs, and holes at their anchors."""
+"""The parts of a mechanism as manufacturable shapes: outlines of lines and arcs, and holes at their anchors."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ def not_as_drawn(shapes: Iterable[Shape], hole: float | None = None) -> tuple[Di
         if thing.kind.word not in ("bar", "plate"):
             continue
         if thing.kind.word == "bar" and len(hull(drawn_points(thing))) > 2:
-            message = f"`{thing.name}` has a bend, and its shape is filled between its anchors as that of a plate"
-            advice = "make it of straight bars that are joined, or a `.polygon` with its corners"
+            message = f"`{thing.name}` has a bend, and its shape is filled between its anchors, like a plate's"
+            advice = "use straight bars joined together, or a `.polygon` with its corners"
             found.append(Diagnostic("export/left-out", Severity.WARNING, message, thing.name_span, helps=(advice,)))
         radius = _hole_radius(thing, hole)
         if not _fits(thing, radius):

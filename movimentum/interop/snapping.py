@@ -1,7 +1,7 @@
-"""Repairing a linkage whose coordinates were rounded: lengths become equal, angles whole, and coordinates fit them.
+"""Repairs a linkage with rounded coordinates: makes lengths equal and angles whole, and fits the coordinates to them.
 
-If a linkage says more than it needs to (as every rhombus of a tiling does), rounded coordinates contradict each other
-by the amount of the rounding. Such a linkage can be drawn but cannot move.
+If a linkage is overdetermined (as every rhombus of a tiling is), rounded coordinates contradict each other by the
+amount of the rounding. Such a linkage can be drawn but cannot move.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Pyslvs' triangular functions over arrays (see `movimentum.interop.formulas`): the point that each gives, or why there
-is none.
+"""Pyslvs' triangular functions over arrays (see `movimentum.interop.formulas`): the resulting point, or why there is
+none.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The plan of a scene as Pyslvs' triangular formulas, if all of its blocks are triangles."""
+"""Exports the plan of a scene as Pyslvs' triangular formulas, if all of its blocks are triangles."""
 
 from __future__ import annotations
 
@@ -143,14 +143,14 @@ class _TriangleBuilder:
         if missing:
             anchor = missing[0].first
             span = self.scene.things[anchor.thing].anchors[anchor.anchor].span
-            told = missing[0].told(self.scene)
-            raise _refused(self.scene, "export/not-triangular", f"no triangle gives `{told}`", span)
+            label = missing[0].label(self.scene)
+            raise _refused(self.scene, "export/not-triangular", f"no triangle gives `{label}`", span)
         formulas = Formulas(tuple(self.formulas), self.values)
         found = evaluate(formulas)
         found |= {name: value for name, value in self.values.items() if value.shape[-1:] == (2,)}
         known = [joint.number for joint in self.joints if self.names[joint.number] in found]
         error = max((float(np.max(_lengths(found[self.names[j]] - self.places[j]))) for j in known), default=0.0)
-        names = tuple((self.names[joint.number], joint.told(self.scene)) for joint in self.joints)
+        names = tuple((self.names[joint.number], joint.label(self.scene)) for joint in self.joints)
         return Triangles(formulas, names, error)
 
     # --- which formula gives a joint --------------------------------------------------------------------
@@ -227,8 +227,8 @@ class _TriangleBuilder:
                     near, far = float(np.min(side)), float(np.max(side))
                     reach = TURNED_OVER * self.size**2
                     if near < -reach and far > reach:
-                        told = self.joints[j].told(self.scene)
-                        message = f"the triangle of `{told}` turns over on its way (a change point)"
+                        label = self.joints[j].label(self.scene)
+                        message = f"the triangle of `{label}` turns over on its way (a change point)"
                         raise _refused(self.scene, "export/turns-over", message)
                     a, b = (b, a) if far + near < 0.0 else (a, b)
                     one, two = (self._length(self.places[j] - self.places[k]) for k in (a, b))

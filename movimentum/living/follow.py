@@ -1,7 +1,4 @@
-"""What the page does when a slider moves, done here: its poses are compared with those of `solve` before it is written.
-
-`live.js` does the same.
-"""
+"""Python twin of ``live.js``: follows a slider as the page does, so that its poses can be compared with `solve`."""
 
 from __future__ import annotations
 

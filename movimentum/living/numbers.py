@@ -1,8 +1,8 @@
-"""Numbers that know how they were computed: what draws a film draws with them as it does with floats and arrays.
+"""Numbers that know how they were computed, and that the drawing code uses like floats and arrays.
 
-A `LiveNumber` has a value and the expression that gives it. Arithmetic on it, and NumPy's functions on arrays of it,
-make expressions; a comparison is a number, 1 or 0, which `numpy.where` chooses by. Where only a plain number will do,
-it is one, and `settled` tells that somebody has looked.
+A `LiveNumber` has a value and the expression that gives it. Arithmetic on it, and NumPy functions on arrays of it, make
+expressions; a comparison is a number, 1 or 0, by which `numpy.where` chooses. Where only a plain number will do, it
+acts as one, and `settled` records that its value was used.
 """
 
 from __future__ import annotations

@@ -1,6 +1,5 @@
-"""A living figure as one HTML file: the player, the display list with places for numbers, and what computes them.
-
-What the page of a living figure draws, as values of JSON in which live numbers have places.
+"""Writes a living figure as one HTML file: the player, the display list with places for live numbers, and the program
+that computes them.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from movimentum.drawing.model import FigureMark, Point
 from movimentum.drawing.motion import paint_over
 from movimentum.drawing.skeletons import joints_of
 from movimentum.drawing.style import FAINT, MIDDLE, SLANT, UNITS
-from movimentum.equations.program import KeptConstant
+from movimentum.equations.program import ConstantSymbol
 from movimentum.living.numbers import FILLING, FIRST_MARK, LiveNumber, spelled
 from movimentum.living.program import LiveStage, javascript, picture_stage
 from movimentum.living.scene import LiveScene, is_live
@@ -217,7 +216,7 @@ def figure_parts(figure: Figure) -> tuple[str, dict[str, Any]]:
     """The code that computes a figure, and its data."""
     drawn = LiveData(figure.film, figure.live.scene)
     data = drawn.all()
-    names: dict[Hashable, str] = {KeptConstant(slider.name): slider.code for slider in figure.sliders}
+    names: dict[Hashable, str] = {ConstantSymbol(slider.name): slider.code for slider in figure.sliders}
     picture = picture_stage([each.expr for each in drawn.found], names)
     measures = picture_stage([each.expr for each in figure.live.measures], names)
     code = javascript(figure.stages, picture, measures, [slider.code for slider in figure.sliders])

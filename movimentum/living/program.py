@@ -1,4 +1,4 @@
-"""What the page of a living figure computes: the motion, then all numbers of the picture, as JavaScript."""
+"""The JavaScript of a living figure: computes the motion, then all numbers of the picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A display list of live numbers: what each number of a picture is, from where things are and from the constants."""
+"""A display list of live numbers: each number of a picture as an expression of poses and constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of a script as it is in the editor."""
+"""A picture of the script as it is in the editor."""
 
 from __future__ import annotations
 

@@ -274,12 +274,12 @@ def _outlines(server: Server) -> None:
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     def hints(params: types.InlayHintParams) -> list[types.InlayHint]:
         path, text, _ = server.place(params)
-        outline, told = state.project.outline(path), state.told.get(path)
-        if text is None or outline is None or told is None or told.facts is None:
+        outline, known = state.project.outline(path), state.latest.get(path)
+        if text is None or outline is None or known is None or known.facts is None:
             return []
         first, last = text.offset(params.range.start), text.offset(params.range.end)
         return [
             types.InlayHint(text.position(end), f" = {value}", padding_left=False)
             for name, end, plain in marks.constants(outline)
-            if not plain and first <= end <= last and (value := told.facts.constant(name))
+            if not plain and first <= end <= last and (value := known.facts.constant(name))
         ]

@@ -1,6 +1,6 @@
-"""From what `movimentum.editing` finds to the shapes of the Language Server Protocol.
+"""Converts the results of `movimentum.editing` to the shapes of the Language Server Protocol.
 
-The texts that are open in an editor, and positions in them: lines end as the protocol says, columns are UTF-16.
+It also maps positions in open texts: lines end as the protocol says, and columns are UTF-16.
 """
 
 from __future__ import annotations
@@ -240,7 +240,7 @@ class Texts:
 
 @dataclass(eq=False)
 class EditedFiles(ScriptFiles):
-    """What a script's files tell, as they are in the editor."""
+    """A script's files as they are in the editor."""
 
     edited: Texts | None = None
 

@@ -1,4 +1,4 @@
-"""What the language server knows: the open texts, what they name, and what was found about them."""
+"""The state of the language server: open texts, their names, and what was found about them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Publish = Callable[[types.PublishDiagnosticsParams], None]
 
 
 class State:
-    """One session. ``publish`` is called in the thread of the server, and so is everything here but `_told`."""
+    """One session. ``publish`` is called in the thread of the server, and so is everything else here."""
 
     def __init__(self, publish: Publish, soon: Callable[[Callable[[], None]], None]) -> None:
         self.texts = Texts()
@@ -38,10 +38,10 @@ class State:
         self.found: dict[str, tuple[str, tuple[Diagnostic, ...]]] = {}
         """The text, and all that was last found about it."""
         self.facts: dict[str, Callable[[str], Facts]] = {}
-        self.told: dict[str, KnownText] = {}
+        self.latest: dict[str, KnownText] = {}
         self._publish = publish
         self.solver = BackgroundSolver(
-            lambda: EditedFiles(edited=self.texts), lambda told: soon(lambda: self._take(told))
+            lambda: EditedFiles(edited=self.texts), lambda known: soon(lambda: self._take(known))
         )
 
     # --- texts
@@ -63,7 +63,7 @@ class State:
         """A document was closed: what is on the disk holds again."""
         self.texts.open.pop(path, None)
         self.solver.forget(path)
-        for known in (self.found, self.facts, self.told):
+        for known in (self.found, self.facts, self.latest):
             known.pop(path, None)
         self.project.changed(path)
         self._publish(types.PublishDiagnosticsParams(uri_of(path), []))
@@ -81,28 +81,28 @@ class State:
 
     # --- diagnostics
 
-    def _take(self, told: KnownText) -> None:
+    def _take(self, known: KnownText) -> None:
         """Something was found out about a text, which may be outdated."""
-        text = self.texts.open.get(told.path)
-        if text is None or text.text != told.revision.source.text:
+        text = self.texts.open.get(known.path)
+        if text is None or text.text != known.revision.source.text:
             return
-        if told.facts is not None:
-            self.facts[told.path], self.told[told.path] = told.facts, told
+        if known.facts is not None:
+            self.facts[known.path], self.latest[known.path] = known.facts, known
             return
-        found = self._real(told)
-        if told.whole:
-            self.found[told.path] = text.text, found
-        elif told.path in self.found:
-            found = (*found, *self._kept(told.path, text.text, found))
+        found = self._real(known)
+        if known.whole:
+            self.found[known.path] = text.text, found
+        elif known.path in self.found:
+            found = (*found, *self._kept(known.path, text.text, found))
         shown = [self._diagnostic(text, each) for each in found]
         self._publish(types.PublishDiagnosticsParams(text.uri, shown, text.version))
 
-    def _real(self, told: KnownText) -> tuple[Diagnostic, ...]:
-        scene = told.revision.scene if told.revision.moves else None
-        return told.found if scene is None else tuple(real(item, scene.source) for item in told.found)
+    def _real(self, known: KnownText) -> tuple[Diagnostic, ...]:
+        scene = known.revision.scene if known.revision.moves else None
+        return known.found if scene is None else tuple(real(item, scene.source) for item in known.found)
 
     def _kept(self, path: str, text: str, now: tuple[Diagnostic, ...]) -> list[Diagnostic]:
-        """What was found last time and is not touched by what was typed since: it may still hold."""
+        """Earlier diagnostics outside the edited text, which may still hold."""
         from movimentum.records import replace
 
         old, found = self.found[path]
@@ -159,8 +159,8 @@ SWITCH_S = 0.002
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownText:
-    """What is known of a text: ``found`` so far; ``whole``: after everything was examined. ``facts`` of the last text
-    that was solved.
+    """The results for a text: diagnostics ``found`` so far; ``whole``: after everything was examined. ``facts`` of the
+    last text that was solved.
     """
 
     path: str

@@ -1,4 +1,4 @@
-"""A film as the output of a notebook's cell: one piece of HTML that plays, wherever it is shown, without a network."""
+"""A film as notebook output: one piece of HTML that plays anywhere, without a network."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def player_html(source: SourceText, solution: Solution, choices: Choices) -> str
     size = film.prepared.view
     still = _still(source, solution, choices, min(1.0, STILL_PIXELS / max(size.width, size.height)))
     label = html.escape(film.title)
-    told = f'<div style="opacity: .7">of {step} frames, one is shown</div>' if step > 1 else ""
+    note = f'<div style="opacity: .7">of {step} frames, one is shown</div>' if step > 1 else ""
     return (
         # the attribute tells JupyterLab that keys pressed here are not its own
         f'<div data-movimentum-film="{base64.b64encode(packed).decode("ascii")}" data-lm-suppress-shortcuts="true">'
         f'<img src="{still}" alt="{label}" style="max-width: 100%"></div>'
-        f"{told}<script>{_script(shipped('painter.js', 'player.js'), shipped('player.css'))}</script>"
+        f"{note}<script>{_script(shipped('painter.js', 'player.js'), shipped('player.css'))}</script>"
     )
 
 
@@ -71,7 +71,7 @@ def figure_html(figure: Figure) -> str:
 
 
 def _script(player: str, style: str, cells: str = "[data-movimentum-film]:not([data-movimentum-figure])") -> str:
-    """What plays, in a scope of its own: cells do not share names."""
+    """The player's script in a scope of its own: cells do not share names."""
     cell = files("movimentum.notebook").joinpath("cell.js").read_text(encoding="utf-8")
     names = f"const STYLE = {json.dumps(_STYLE + style)}, CELLS = {json.dumps(cells)};\n"
     return f"(() => {{\n{player}{names}{cell}}})();"
@@ -85,7 +85,7 @@ def _film(solution: Solution, choices: Choices) -> tuple[Film, int]:
     step = -(-count * max(1, len(scene.things)) // MOST_POSES)
     some = range(count) if step == 1 else tuple(timeline.frame_time(frame) for frame in range(0, count, step))
     skip = choices.on_failure is FailurePolicy.SKIP
-    poses = PoseChunks(motion, some, skip, drawn=True).held()
+    poses = PoseChunks(motion, some, skip, drawn=True).in_memory()
     prepared = prepare_drawing(scene, poses, PictureOptions(motion=motion.path))
     title = "Movimentum" if scene.source.path.startswith("<") else Path(scene.source.path).stem
     return make_film(scene, prepared, concatenate(list(chunks(poses))), title, timeline.fps / step, 0), step

@@ -1,4 +1,4 @@
-"""The places where curves that are neither straight nor arcs may touch others: the bends of two skins."""
+"""Candidate contacts on curves that are neither straight nor arcs: the bends of two skins."""
 
 from __future__ import annotations
 

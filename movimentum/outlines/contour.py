@@ -1,9 +1,9 @@
-"""Outlines: closed or open curves by a parameter of their own, with exact points, directions and curvatures.
+"""Outlines: closed or open curves with their own parameter, and exact points, directions and curvatures.
 
-An outline has its position ``x``, ``y`` and its direction of travel ``tx``, ``ty`` (any length but 0) as expressions
-of the symbol `PLACE`, in pixels of the local frame of whatever has it. Where it has a corner the position stands still
-while the direction turns, so the direction is continuous, and one equation holds along straight lines, arcs, smooth
-pieces and around corners alike.
+An outline has its position ``x``, ``y`` and its direction of travel ``tx``, ``ty`` (any length but 0) as expressions of
+the symbol `PLACE`, in pixels of its thing's local frame. At a corner the position stands still while the direction
+turns. So the direction is continuous, and one equation holds along straight lines, arcs, smooth pieces and around
+corners alike.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Convex outlines, and convex covers of others: many pairs at many poses at once.
 
 A core is a convex polygon of few corners with a radius about it: a disc is a point with its radius, a bar a line with
-half its width. Of other outlines it is a cover, which contains them: where covers are apart, outlines are.
+half its width. Any other outline has a core that covers it: where the covers are apart, the outlines are.
 """
 
 from __future__ import annotations

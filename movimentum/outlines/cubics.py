@@ -1,4 +1,4 @@
-"""Cubic curves between two points with directions, which are as long as the arcs between them."""
+"""Cubic curves between two points with given directions, as long as the arcs between them."""
 
 from __future__ import annotations
 

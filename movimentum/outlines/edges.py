@@ -1,6 +1,6 @@
-"""Edges of outlines: smooth pieces with what is solid on their left, and what is beside them.
+"""Edges of outlines: smooth pieces, solid on their left, with their neighbours.
 
-Lines and arcs are known as such, by numbers; everything else is computed by its own expressions.
+Lines and arcs are stored as numbers; everything else is computed from its own expressions.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
-"""What a moving outline cuts: the points of it whose velocity lies along it, at every instant.
+"""The envelope of a moving outline: the points whose velocity lies along the outline, at every instant.
 
 In the frame that is cut, an outline at (x, y), turned by (c, s), moves with the velocity (vx, vy) and turns by w
 radians per time unit. A point of it belongs to the envelope where n·v = 0 (Litvin and Fuentes, *Gear Geometry and
 Applied Theory*, chapter 6): one equation for the place on the outline, solved at every instant from exact rates, so
 each point is exact. Corners of outlines are arcs of no length (`outlines.contour`), so one equation does.
 
-At a point of the envelope the distance from the outline has no slope in time. Where it is largest there, the tool goes
-over the point just before and just after: where the envelope goes the other way than its place rises, as between the
-two cusps of a swallow's tail.
+At a point of the envelope the distance from the outline has no slope in time. Where that distance is largest, the tool
+goes over the point just before and just after: where the envelope runs against the rising parameter, as between the two
+cusps of a swallow's tail.
 
-Places are followed in time and make *runs*. Where the motion rests or changes its direction at once, the part of the
-outline that stood in front is a run of its own, a cap.
+Places are followed in time and make *runs*. Where the motion rests or changes direction abruptly, the part of the
+outline that was in front is a run of its own, a cap.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Polygons that are apart or overlap: how far, and between which of their features.
+"""How far polygons are apart, or how deep they overlap, and between which of their features.
 
-A polygon goes round so that what is free is on the right of its edges: counter-clockwise around what is solid, and
-clockwise around a hole (``hollow``: what is solid is outside). A line goes there and back and encloses nothing.
+A polygon is oriented so that free space is on the right of its edges: counter-clockwise around solid, clockwise around
+a hole (``hollow``: solid is outside). A line goes there and back and encloses nothing.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Outlines as polygons of many corners, for distances of any two of them: the teeth of a gear, bent bars, holes.
+"""Outlines as polygons of many corners, for distances between any two: gear teeth, bent bars, holes.
 
-Distances are those of the polygons; where outlines are curves these are off by what `samples` are. `touching` finds
-the places of the curves themselves, from those of the polygons.
+Distances are those of the polygons; for curves they are as far off as `samples` are. `touching` finds the places on the
+curves themselves from those on the polygons.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Curves as polygons: at which places."""
+"""Curves as polygons: the parameters of their corners."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lines, arcs and corners among the pieces of an outline in numbers: all of them are computed at once."""
+"""The lines, arcs and corners among the pieces of an outline as numbers, computed all at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several outlines as one: what any of them covers, or what one covers and another does not.
+"""Unions and differences of outlines.
 
 Edges stay what they are, lines, arcs or any smooth curve by its own expressions, cut where they cross; crossings are
 found to rounding. Edges that lie on each other count once. (Cut, sort into inside and outside, and put together again:

@@ -1,5 +1,5 @@
-"""How long a curve is up to each of its places, and the place so far along it, as tables that are smooth between its
-corners and cusps.
+"""Arc length as a function of the place on a curve, and its inverse, as tables that are smooth between corners and
+cusps.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How much the motion of an outline counts: its area, the centre of that, and its second moments."""
+"""The weight of an outline's motion: its area, centroid and second moments."""
 
 from __future__ import annotations
 

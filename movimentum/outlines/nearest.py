@@ -1,8 +1,8 @@
-"""Where two outlines are nearest to each other: places found anew from a pose, over the whole of both.
+"""Where two outlines are nearest to each other, found afresh for each pose by searching the whole of both.
 
-As functions of the pose these places have derivatives: those that keep the rows of a contact at zero. So whatever is
-made of them has exact rates; how near they are is found in floats, which is enough for a distance, whose derivative by
-the places is zero.
+As functions of the pose these places have derivatives: those that keep the contact equations at zero. So expressions
+built on them have exact rates. The places themselves are found in floats, which is enough for a distance, as its
+derivative with respect to the places is zero.
 """
 
 from __future__ import annotations

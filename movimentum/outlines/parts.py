@@ -1,4 +1,4 @@
-"""The places where straight and round parts of two skins may touch: knobs, edges and bowls (see `outlines.skin`)."""
+"""Candidate contacts of straight and round parts of two skins: knobs, edges and bowls (see `outlines.skin`)."""
 
 from __future__ import annotations
 

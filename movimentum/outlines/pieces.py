@@ -1,8 +1,8 @@
-"""Outlines from expressions of a parameter, which may have jumps and corners.
+"""Makes outlines from expressions of a parameter, which may have jumps and corners.
 
-Functions with kinks (abs, ranges, floor, mod …) are found in the expression; between two of their kinks each is the one
-piece that it is there, so every piece is smooth and exact. Where the position jumps a straight piece joins both ends,
-and where the direction does, a corner.
+Functions with kinks (abs, ranges, floor, mod …) are found in the expression. Between two kinks each one is a single
+smooth branch, so every piece is smooth and exact. Where the position jumps, a straight piece joins both ends; where the
+direction does, a corner.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The profile that a moving outline leaves: of its envelope, what it does not go over at another time, in order."""
+"""The profile cut by a moving outline: its envelope, in order, less what the outline passes over at other times."""
 
 from __future__ import annotations
 

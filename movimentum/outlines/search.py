@@ -1,4 +1,4 @@
-"""Where two outlines are nearest in floats: looked for over the whole of both, from samples, by Newton's method."""
+"""Finds where two outlines are nearest, in floats: samples over the whole of both, then Newton's method."""
 
 from __future__ import annotations
 

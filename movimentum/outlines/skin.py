@@ -1,4 +1,4 @@
-"""Outlines as what may touch: corners and round parts, straight edges, hollows, and other curves.
+"""Outlines as parts that may touch: corners and round parts, straight edges, hollows, and other curves.
 
 A *knob* is a point with a radius: a corner (radius 0), a convex arc, a disc. It touches with the directions of its
 *fan*, those of its outward normals. An *edge* is straight. A *bowl* is a concave arc, which is touched from inside. A

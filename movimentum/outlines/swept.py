@@ -1,4 +1,4 @@
-"""Whether a moving outline goes over points."""
+"""Whether a moving outline passes over given points."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Where two skins may touch: the distance of each of their parts, whether it is there that they would, and which way.
+"""Candidate contacts between two skins: the distance of each pair of parts, its direction, and whether it is valid.
 
 A distance is that of an edge's whole line, of a whole circle, of a curve along its normal: a smooth function of both
-poses. It is a distance of the outlines only where the place is on both parts, and within their fans: where its *slack*
-is not negative.
+poses. It is a distance of the outlines only where the place is on both parts and within their fans, that is, where its
+*slack* is not negative.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The shortest way out of an overlap of two polygons (see `facets`).
 
-Translations of one polygon that just touch the other are the convolution of both: an edge of one against a corner of
-the other that looks at it. The least translation that frees is the nearest place of it, or of two crossing parts of
-it, at which nothing overlaps any more.
+Translations at which one polygon just touches the other form the convolution of both: an edge of one against a corner
+of the other that faces it. The least translation that separates them is the nearest point of it, or of the crossing of
+two of its parts, at which nothing overlaps any more.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""Output files that appear whole or not at all: written beside, then renamed; never over what was read.
+"""Output files that appear whole or not at all, and never replace an input; text output to a file or to stdout.
 
-It also reads foreign files with a limit, whatever they are.
-
-Text as an output: in a whole file, or on standard output.
+Files are written beside their target and then renamed. Foreign files are read here too, with a size limit.
 """
 
 from __future__ import annotations

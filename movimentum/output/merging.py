@@ -1,4 +1,4 @@
-"""Two people have changed one text: their changes together, line by line."""
+"""Merges two people's changes to one text, line by line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Change = tuple[int, int, list[str]]
 
 
 def merged(base: str, mine: str, theirs: str) -> Merged:
-    """What ``mine`` and ``theirs`` have made of ``base``, each change of either (three-way merge by lines)."""
+    """A three-way merge by lines: ``base`` with all changes of ``mine`` and ``theirs``."""
     before = _lines(base)
     ours, others = _changes(before, _lines(mine)), _changes(before, _lines(theirs))
     lines: list[str] = []

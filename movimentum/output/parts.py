@@ -1,7 +1,8 @@
-"""Half-written files and folders: they are beside their target, under a different name, until they are whole.
+"""Half-written files and folders: kept beside their target under a different name until they are whole.
 
 A part is locked by its process. So a part without a lock belongs to a dead process (``kill -9``, a power cut), and the
-next process that writes beside it removes it. A lock is known only on one machine; the name says on which.
+next process that writes beside it removes it. A lock is visible only on its own machine, so the name says which one
+that is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From a segment to its `Plan`."""
+"""Plans a segment."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The structure of a segment that differs from another one in nothing but what its inequalities compare.
+"""Reuses the structure of a segment that differs from another one only in its inequalities.
 
-An inequality chooses between solutions: it has no part in the equations, unless it is the first to mention something
-that then becomes an unknown. So another inequality, or one more, leaves the structure as it was.
+An inequality chooses between solutions: it takes no part in the equations, unless it is the first to mention something
+that thereby becomes an unknown. So changing or adding an inequality leaves the structure as it was.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Balls: numbers with a proved bound on how far off they are, in fixed point.
+"""Balls: fixed-point numbers with a proved error bound.
 
-A ball (middle, radius) holds all numbers within radius / 2^BITS of middle / 2^BITS. Integers alone are used, so each
-bound is exact; that a ball does not contain 0 is a proof that its number is not 0.
+A ball (middle, radius) holds all numbers within radius / 2^BITS of middle / 2^BITS. Only integers are used, so each
+bound is exact. If a ball does not contain 0, its number is proved not to be 0.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class NoBall(Exception):
     """
 
     @property
-    def told(self) -> str:
+    def reason(self) -> str:
         """Why there is no answer."""
         where = str(self) or "the mechanism is at a dead point, or two solutions meet"
         return f"the film's poses are special ones, where {where}"

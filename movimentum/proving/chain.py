@@ -1,7 +1,8 @@
-"""A step of a scene as a tower: the planned blocks in their order, each solved in exact terms.
+"""A step of a scene as a tower: the planned blocks in order, each solved in exact terms.
 
-Where a block is no chain of quotients and roots by itself, the drives are let go: all equations are taken together, and
-the unknowns that most others follow from become the parameters. Each pose of the film is a pose of that mechanism, too.
+Where a block by itself is not a chain of quotients and roots, the drives are dropped: all equations are taken together,
+and the unknowns on which most others depend become the parameters. Each pose of the film is a pose of that mechanism,
+too.
 """
 
 from __future__ import annotations
@@ -200,7 +201,7 @@ class Chain:
         return variable if scale is None else tower.div(variable, scale)
 
     def names(self, places: Iterable[int]) -> str:
-        """What variables belong to, for messages."""
+        """The owners of variables, for messages."""
         system = self.motion.plan.system
         numbers = [self.of_place[place] for place in places if place in self.of_place]
         names: list[str] = []

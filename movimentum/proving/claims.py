@@ -1,4 +1,4 @@
-"""What a claim says, as functions of a tower that are zero where it holds."""
+"""Claims as functions of a tower that are zero where the claim holds."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from movimentum.proving.angles import Form
 from movimentum.proving.balls import Ball, NoBall
 from movimentum.proving.chain import Chain
 from movimentum.proving.film import lowered, state_at
+from movimentum.proving.intervals import chain_of
 from movimentum.proving.lowering import Lowering
-from movimentum.proving.numbers import told_apart
+from movimentum.proving.numbers import require_equal_constants
 from movimentum.proving.points import Drives, TowerPoint, arithmetic
 from movimentum.proving.rings import Polynomial, TooMuch, Work
-from movimentum.proving.stretches import chain_of
 from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Root
 from movimentum.proving.zero import MOST, Proof, Zero
 from movimentum.records import dataclass
@@ -278,7 +278,7 @@ def constant_of(motion: SegmentMotion, tau: float, expression: Expr) -> Fraction
         chain = chain_of(motion, sides, tau, accelerated=None, given={})
         value = chain.lowering.value(sides[0])
         chain.point.settle()
-        told_apart(chain, [expression])
+        require_equal_constants(chain, [expression])
         ball = balls.over(chain.point.at(value.top), chain.point.at(value.bottom))
         number = Fraction(ball[0], balls.ONE).limit_denominator(CONSTANT_DENOMINATOR)
         ring = chain.tower.ring

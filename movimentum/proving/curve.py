@@ -1,10 +1,10 @@
 """The equation of the path of a point: from exact positions modulo primes, lifted to whole numbers.
 
-The tower of the point's coordinates is sampled modulo a prime: parameters at random, each root one of the two where its
-square has one. Where a form of degree d in x and y vanishes on many more samples than it has coefficients, the kernel
-of one matrix tells it; the smallest such d is the degree. Several primes and the Chinese remainder theorem give the
-coefficients as rational numbers. Samples may lie on several branches: the equation is factored, and the factor is kept
-on which the pose of the film lies.
+The tower of the point's coordinates is sampled modulo a prime: random parameters, and for each root one of its two
+values where the square has one. If a form of degree d in x and y vanishes on many more samples than it has
+coefficients, the kernel of one matrix gives it; the smallest such d is the degree. Several primes and the Chinese
+remainder theorem give the coefficients as rational numbers. Samples may lie on several branches: the equation is
+factored, and the factor that contains the film's pose is kept.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a proof takes from the film: the solved unknowns at an instant, and expressions in them."""
+"""The film's part in a proof: the solved unknowns at an instant, and expressions in them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Positions that a mechanism has: of other poses of its tower only those may stand against a claim."""
+"""Genuine positions of a mechanism: only these poses of its tower may refute a claim."""
 
 from __future__ import annotations
 

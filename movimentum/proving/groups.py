@@ -1,4 +1,4 @@
-"""A group of polynomial equations made into steps of a tower: each unknown a quotient, or a root, of earlier ones."""
+"""Turns a group of polynomial equations into steps of a tower: each unknown a quotient or root of earlier ones."""
 
 from __future__ import annotations
 
@@ -86,12 +86,12 @@ class RowGroup:
 
     def _value(self, place: int, top: Polynomial, bottom: Polynomial, condition: str) -> Value:
         quotient = self.tower.made(top, bottom)
-        told = ""
+        condition_text = ""
         if self.tower.ring.constant(bottom) is None:
-            told = condition.format(self.where([place]))
+            condition_text = condition.format(self.where([place]))
             if quotient.bottom == self.tower.ring.one:  # it was divided out
                 self.tower.assumed.append(bottom)
-        return Value(place, quotient.top, quotient.bottom, told)
+        return Value(place, quotient.top, quotient.bottom, condition_text)
 
     def replaced(self, row: Polynomial, place: int, top: Polynomial, bottom: Polynomial) -> Polynomial:
         """A row with top / bottom for a variable, multiplied out."""

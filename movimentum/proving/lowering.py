@@ -1,8 +1,8 @@
 """Expressions as quotients of polynomials: exact constants, angles as unit vectors, lengths as roots.
 
-A constant is what the script states, by the origin of its folded value; nothing is recognised from digits. Drives are
-dropped: what only time tells is a free parameter, and inside an angle a free unit vector, of which multiples are taken
-by the addition theorems.
+A constant is what the script states, traced through the origin of its folded value; nothing is recognised from digits.
+Drives are dropped: a quantity that depends only on time is a free parameter, or, inside an angle, a free unit vector,
+whose multiples follow from the addition theorems.
 """
 
 from __future__ import annotations

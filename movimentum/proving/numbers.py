@@ -1,7 +1,7 @@
-"""Constants that are one float: whether they are one number, too.
+"""Proves whether constants that share one float are the same number.
 
-Expressions are compared and kept by their floats, so that of two constants with the same 16 digits one stands for both.
-A proof needs more: each is proved to be the other, or the claim is not proved.
+Expressions are compared and stored by their floats, so two constants with the same 16 digits are treated as one. A
+proof needs more: either the two are proved equal, or the claim is not proved.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ARITHMETIC = frozenset({"add", "neg", "mul", "div", "pow", "sqrt", "abs"})
 """Operations on constants that `lowering` does exactly, so that their arguments need not be told apart."""
 
 
-def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
+def require_equal_constants(chain: Chain, expressions: Sequence[Expr]) -> None:
     """`NotAlgebraic` where two constants of one float, of a claim's ``expressions`` or of the mechanism's equations, or
     of a statement of the script and one of these, are not proved to be the same number. One of the mechanism that is
     0 in floats has to be 0.
@@ -30,25 +30,25 @@ def told_apart(chain: Chain, expressions: Sequence[Expr]) -> None:
     if chain.numbers is None:
         chain.numbers = _of_mechanism(chain), _of_statements(chain)
     used, others = chain.numbers
-    told = chain.one_number
-    groups: dict[float, list[Expr]] = {value: list(found) for value, found in used.items() if value not in told}
+    proved = chain.one_number
+    groups: dict[float, list[Expr]] = {value: list(found) for value, found in used.items() if value not in proved}
     for value, node in _constants(expressions):
         groups.setdefault(value, []).append(node)
     for value, found in groups.items():
-        if value in told:
-            first, rest = told[value], found
+        if value in proved:
+            first, rest = proved[value], found
         else:
             first, *rest = [ZERO] * (value == 0.0 and value in used) + found + others.get(value, [])
         _all_one(value, first, rest, chain.tower, chain.lowering, chain.point)
-        told[value] = first
+        proved[value] = first
 
 
-def told_inside(tower: Tower, lowering: Lowering, point: TowerPoint, constants: Sequence[Expr]) -> None:
+def require_equal_arguments(tower: Tower, lowering: Lowering, point: TowerPoint, constants: Sequence[Expr]) -> None:
     """`NotAlgebraic` where two numbers of one float, of which functions are taken in ``constants`` (not these
     themselves), are not proved to be the same.
     """
     groups: dict[float, list[Expr]] = {}
-    for value, node in _constants(constants, told=False):
+    for value, node in _constants(constants, itself=False):
         _add(groups, value, node)
     for value, (first, *rest) in groups.items():
         _all_one(value, first, rest, tower, lowering, point)
@@ -89,21 +89,21 @@ def _add(groups: dict[float, list[Expr]], value: float, node: Expr) -> None:
         known.append(node)
 
 
-def _constants(expressions: Iterable[Expr], *, told: bool = True) -> Iterator[tuple[float, Expr]]:
+def _constants(expressions: Iterable[Expr], *, itself: bool = True) -> Iterator[tuple[float, Expr]]:
     """The constants below expressions with their floats, each by itself: equal ones may come from different things. Of
     what a constant was folded from, those that a function is taken of which is no exact arithmetic here, such as
-    `.exp`. ``told``: whether the expressions themselves may be such constants.
+    `.exp`. ``itself``: whether the expressions themselves may be such constants.
     """
     seen: set[tuple[int, bool]] = set()
-    stack = [(each, told) for each in expressions]
+    stack = [(each, itself) for each in expressions]
     while stack:
-        node, told = stack.pop()
-        if (id(node), told) in seen:
+        node, itself = stack.pop()
+        if (id(node), itself) in seen:
             continue
-        seen.add((id(node), told))
-        stack.extend((arg, told) for arg in node.args)
+        seen.add((id(node), itself))
+        stack.extend((arg, itself) for arg in node.args)
         if node.value is not None:
-            if told:
+            if itself:
                 yield node.value, node
             if node.origin is not None:
                 opaque = node.origin.op not in ARITHMETIC and rational_value(node) is None

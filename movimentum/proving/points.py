@@ -1,4 +1,4 @@
-"""Points of a tower: poses of the mechanism, every variable a ball."""
+"""Points of a tower: poses of the mechanism, with every variable a ball."""
 
 from __future__ import annotations
 

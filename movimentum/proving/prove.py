@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a film."""
+"""Finds the verdicts on the claims of a film."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import TypeVar
 from movimentum.expressions import Expr, named_origins
 from movimentum.proving import balls
 from movimentum.proving.balls import Ball, NoBall
+from movimentum.proving.intervals import Chains
 from movimentum.proving.lowering import Lowering
-from movimentum.proving.numbers import told_inside
+from movimentum.proving.numbers import require_equal_arguments
 from movimentum.proving.points import Drives, TowerPoint
 from movimentum.proving.rings import TooMuch, Work, make_ring
 from movimentum.proving.step import ClaimInStep, anchors_of, sides_and_spots
-from movimentum.proving.stretches import Chains
 from movimentum.proving.tower import Full, NotAlgebraic, Quotient, Tower
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import MOST, Zero
@@ -102,7 +102,7 @@ class Prover:
         return found is False
 
     def _with_chains(self, work: Callable[[Chains], T]) -> T | str:
-        """What work on the chains gives, or the reason why it gives nothing."""
+        """The result of work on the chains, or the reason why there is none."""
         chains = self._kept.pop() if self._kept else Chains(self.accelerated, self.given)
         try:
             found: T | str = work(chains)
@@ -173,13 +173,13 @@ class Prover:
 
     @property
     def tolerance(self) -> float:
-        """What a claim without a tolerance may be off by."""
+        """The tolerance of a claim that states none."""
         return CLAIM_MET * self.motion.size
 
 
 def _reason(error: BaseException) -> str:
     if isinstance(error, NoBall):
-        return error.told
+        return error.reason
     if isinstance(error, Full):
         return "it has too many lengths and angles"
     if isinstance(error, RecursionError):
@@ -231,7 +231,7 @@ def _apart(a: Expr, b: Expr, *, accelerated: bool | None, most: int) -> Ball | N
         if not balls.nonzero(found):
             zero = Zero(point, [difference.top], Work(most))
             found = None if zero.vanishes(zero.wanted[0]) else found
-    told_inside(tower, lowering, point, [a, b])
+    require_equal_arguments(tower, lowering, point, [a, b])
     return found
 
 

@@ -1,7 +1,7 @@
-"""Polynomials over the rational numbers, by SymPy or, where it is installed, by python-flint.
+"""Polynomials over the rational numbers, by SymPy or, if installed, by python-flint.
 
-Both offer the same few operations; everything else here is written on them, so that a verdict does not depend on which
-library found it. Work is counted in products of terms, which are the same in both.
+Both offer the same few operations, and everything else here uses only these, so a verdict does not depend on the
+library. Work is counted in products of terms, which are the same in both.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Points of a tower modulo a prime, and the forms that are zero on many of them.
+"""Points of a tower modulo a prime, and the forms that vanish on many of them.
 
-Primes are 3 modulo 4, so that a root of what has one is a power of it; a product of two residues fits into 62 bits.
+Primes are 3 modulo 4, so that a square root, where there is one, is a power; a product of two residues fits into 62
+bits.
 """
 
 from __future__ import annotations

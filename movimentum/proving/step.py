@@ -22,9 +22,9 @@ from movimentum.proving.claims import (
 )
 from movimentum.proving.film import lowered
 from movimentum.proving.genuine import genuine, holds
-from movimentum.proving.numbers import told_apart
+from movimentum.proving.intervals import Chains, poses
+from movimentum.proving.numbers import require_equal_constants
 from movimentum.proving.points import TowerPoint
-from movimentum.proving.stretches import Chains, poses
 from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.proving.verdicts import Judgement, ProofVerdict
 from movimentum.proving.zero import Proof
@@ -112,7 +112,7 @@ class ClaimInStep:
         sides = lowered(self.motion, stated)
         self._known = self._chain(sides, low, high, loose=loose)
         self._point()
-        told_apart(self._known, stated)
+        require_equal_constants(self._known, stated)
         return sides[: len(claim.left)], sides[len(claim.left) :]
 
     def _judged(self, low: float, high: float, *, loose: bool) -> Judgement:

@@ -1,7 +1,7 @@
-"""A tower of functions: free parameters, quotients and square roots, each made of those before it.
+"""A tower of functions: free parameters, quotients and square roots, each made from earlier ones.
 
-This is what a mechanism's step is for a proof: a chain in the sense of Ritt and Wu in which every unknown is a quotient
-of polynomials in earlier ones, or the square root of one.
+To a proof, a mechanism's step is a chain in the sense of Ritt and Wu, in which every unknown is a quotient of
+polynomials in earlier ones, or the square root of one.
 """
 
 from __future__ import annotations

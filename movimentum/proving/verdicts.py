@@ -1,4 +1,4 @@
-"""Verdicts about claims."""
+"""The verdicts on claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from movimentum.timeline.model import HeldClaim
 
 
 class ProofVerdict(StrEnum):
-    """What is known of a claim."""
+    """The verdict on a claim."""
 
     PROVED = "proved"
     ON_BRANCH = "proved on this branch"

@@ -1,9 +1,9 @@
 """Whether a function of a tower is zero: by dynamic evaluation, and never by numbers alone.
 
 A function p of the tower is A + B r, r its last root. It is zero on the part of the mechanism's variety that the pose
-lies on if A and B are; or if A^2 - B^2 r^2 is, a function of what comes before r, and A - B r is not zero at the pose:
-the product of the two is zero there, and that part is irreducible. That something is not zero is proved by a ball at
-the pose that does not contain 0. (Della Dora, Dicrescenzo & Duval 1985; Wu 1978; Kapur 1986 for the conditions.)
+lies on if A and B are; or if A^2 - B^2 r^2 is, a function without r, and A - B r is not zero at the pose: the product
+of the two is zero there, and that part is irreducible. A ball at the pose that does not contain 0 proves that something
+is not zero. (Della Dora, Dicrescenzo & Duval 1985; Wu 1978; Kapur 1986 for the conditions.)
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LARGEST_COMMON = 20_000
 
 @dataclass(slots=True, eq=False)
 class Proof:
-    """What a proof rests on: the ``roots`` whose branch matters (by place), the divisors' ``conditions``, and what is
+    """The basis of a proof: the ``roots`` whose branch matters (by place), the divisors' ``conditions``, and what is
     not zero at the pose (``nonzero``, polynomials in the variables ``places`` of the tower).
     """
 

@@ -1,4 +1,4 @@
-"""Where a polynomial in x and y is zero, as lines to be drawn."""
+"""The zero set of a polynomial in x and y, as lines to draw."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SVG's ``transform`` attributes."""
+"""Parses SVG's ``transform`` attributes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the layers of a picture draw on: it keeps what is drawn, to be laid over the picture."""
+"""The canvas that layers draw on: it stores what is drawn, to be laid over the picture later."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class _Clipped:
 
 
 def stamped(canvases: Sequence[Canvas]) -> list[Stamps]:
-    """What each canvas keeps, as stamps; the coverage of all shapes is computed together."""
+    """The contents of each canvas as stamps; the coverage of all shapes is computed together."""
     shapes = list(_fills(canvases))
     found = iter(covered([fill.placed for fill in shapes], canvases[0].size) if shapes else ())
     return [_resolved(canvas, found) for canvas in canvases]

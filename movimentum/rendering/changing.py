@@ -1,4 +1,4 @@
-"""Marks whose scales or layers change in time, and those that fade together, made ready."""
+"""Prepares marks whose scale or layer changes over time, and groups that fade together."""
 
 from __future__ import annotations
 

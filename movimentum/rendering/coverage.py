@@ -1,9 +1,9 @@
 """How much of each pixel a shape covers: the exact area inside outlines, from the signed areas beside their edges.
 
-An edge adds, to each pixel that it crosses, the area to its right in that pixel, and to all pixels further right in the
-row its height; edges that go up subtract. So the running sum along a row is the area inside (as in font rasterisers).
-All edges are cut at pixel borders at once, in NumPy. Outlines that overlap go round the same way (holes the other way):
-then what is inside several of them is covered once.
+An edge adds the area to its right to each pixel that it crosses, and its height to all pixels further right in the row;
+edges that go up subtract. So the running sum along a row is the area inside (as in font rasterisers). All edges are cut
+at pixel borders at once, in NumPy. Overlapping outlines have the same orientation (holes the opposite one), so an area
+inside several of them is covered once.
 
 All coordinates are continuous image coordinates (see `geometry`).
 """
@@ -67,7 +67,7 @@ class Outline:
 
 
 def covered(placed: Sequence[tuple[Outline, Affine]], size: tuple[int, int]) -> list[list[Coverage]]:
-    """What is inside each of some outlines, moved by its map, on a canvas of ``size``: rectangles that do not overlap.
+    """The coverage inside each of some outlines, moved by its map, on a canvas of ``size``: disjoint rectangles.
 
     Sums are whole numbers, so a shape has the same pixels whatever else is computed with it.
     """

@@ -1,7 +1,7 @@
-"""SVG drawings as pictures: read with care, cut down to one element, and refused where they are not just a drawing.
+"""SVG drawings as pictures: read defensively, reduced to one element, and refused if they are more than a drawing.
 
-A drawing may be hostile. Entities, scripts, references to anything outside the file, and more elements than a picture
-has (also by elements that use each other) are diagnostics, before anything is drawn. Drawing itself is in `rasters`.
+A drawing may be hostile. Entities, scripts, references to anything outside the file, and too many elements (including
+elements that use each other) are diagnostics, before anything is drawn. The drawing itself is in `rasters`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Fonts for texts: Inter, which all films have in common; DejaVu Sans, for what Inter has not; and those of the system.
+"""Fonts for texts: Inter, shared by all films; DejaVu Sans, for characters missing from Inter; and the system's fonts.
 
-Each character is drawn with the first face that has it, together with the accents that stand on it. So a text does not
-change its design because another character is in it.
+Each character is drawn with the first face that has it, together with its combining accents. So a text does not change
+its design because of one more character.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Labels along curves: the letters' outlines, and the mark that takes the place of such a label."""
+"""Labels along curves: the outlines of their letters, and the mark that replaces such a label."""
 
 from __future__ import annotations
 

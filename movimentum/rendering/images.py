@@ -1,7 +1,7 @@
 """Image files: refused early if they are too large or unreadable, otherwise read as straight 8-bit RGBA.
 
-Only a few formats are read. Others bring interpreters (EPS starts Ghostscript) and decoders that are hardly tested.
-Only the first picture of an animated file is used. A camera's orientation tag is obeyed.
+Only a few formats are read. Others would bring interpreters (EPS starts Ghostscript) and poorly tested decoders. Only
+the first picture of an animated file is used. A camera's orientation tag is obeyed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The marks of a display list, as Pillow's painter draws them. Items are values: they are sent to other processes."""
+"""The marks of a display list as Pillow's painter draws them: values, which can be sent to other processes."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class ItemGroup:
 
 
 def _shapes(mark: PolylineMark | DiscMark | FigureMark, scale: float, thinnest: float) -> list[Filled]:
-    """What a body consists of, back to front."""
+    """The parts of a body, back to front."""
     match mark:
         case PolylineMark():
             return [line_shape(mark.points, mark.width, mark.arrow, scale, thinnest)]

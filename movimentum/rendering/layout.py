@@ -1,6 +1,6 @@
-"""Where the letters of a text stand: at the same places at every size and in every way to draw it.
+"""The positions of a text's letters: the same at every size and in every renderer.
 
-Letters are as far apart as the font's design says, not as whole pixels would have it.
+Letters are spaced as the font's design says, not rounded to whole pixels.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A mark of the display list, ready to be drawn."""
+"""Prepares a mark of the display list for drawing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Things that leave the canvas that the script gives, measured on what is drawn of them."""
+"""Things that leave the stated canvas, judged by what is drawn of them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     # labels look for their places among all things: once
     every = _boxes(motion, poses, [thing.number for thing in things] if free else close)
     boxes = {thing: every[thing] for thing in close if thing in every}
-    told = {*scene.mentioned, *(thing.number for thing in things if thing.kind in WRITTEN)}
+    relevant = {*scene.mentioned, *(thing.number for thing in things if thing.kind in WRITTEN)}
     times = np.concatenate([part.times for part in poses])
     gone: dict[int, float] = {}
     cut: dict[int, float] = {}
@@ -93,7 +93,7 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
             over &= high - low <= size  # a thing larger than the picture is not meant to fit
         if away.any() and scene.things[thing].is_body:
             gone[thing] = float(times[int(np.argmax(away))])
-        elif over.any() and thing in told:
+        elif over.any() and thing in relevant:
             cut[thing] = float(times[int(np.argmax(over.any(axis=1)))])
     if not (gone or cut):
         return
@@ -101,9 +101,9 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     sides = np.concatenate(list(every.values()))
     low, high = np.fmin.reduce(sides[:, :2], axis=0), np.fmax.reduce(sides[:, 2:], axis=0)
     if gone:
-        yield _told(motion, gone, OUTSIDE, "outside the canvas", low, high)
+        yield _diagnostic(motion, gone, OUTSIDE, "outside the canvas", low, high)
     if cut:
-        yield _told(motion, cut, CUT_OFF, "cut off by the edge of the canvas", low, high)
+        yield _diagnostic(motion, cut, CUT_OFF, "cut off by the edge of the canvas", low, high)
 
 
 def _pixels(picture: SpriteImage) -> int:
@@ -250,7 +250,7 @@ def _opaque(thing: Thing, poses: Poses) -> NDArray[np.bool_]:
     return np.full(len(poses.frames), thing.look.opacity > 0.0) if opacity is None else opacity > 0.0
 
 
-def _told(
+def _diagnostic(
     motion: PathMotion, when: dict[int, float], code: str, where: str, low: FloatArray, high: FloatArray
 ) -> Diagnostic:
     scene = motion.timeline.scene

@@ -1,7 +1,7 @@
-"""Texts as outlines, for pictures that are not made of pixels: the page or the SVG needs no font.
+"""Texts as outlines, for vector output: the page or the SVG needs no font.
 
 Fonts differ in format and licence, and Pillow does not give their outlines. So every character is drawn once, large,
-and its edge is traced: that works with all of them, needs no other library, and every browser shows the letters that
+and its edge is traced. That works with all fonts, needs no other library, and every browser shows the letters that
 Pillow draws.
 """
 

@@ -86,7 +86,7 @@ class Painter:
 
 @dataclass(slots=True)
 class _Drawn:
-    """What a layer looked like last: its ``state`` and its stamps, or only their ``boxes`` if there is no room."""
+    """A layer's last state: its ``state`` and its stamps, or only their ``boxes`` if there is no room."""
 
     state: Floats
     stamps: Stamps | None
@@ -178,7 +178,7 @@ class PaintSession:
             self._drawn[n] = now
 
     def _stamps(self, layers: Sequence[tuple[int, int]], poses: Poses) -> list[Stamps]:
-        """What some layers look like in some frames, (number, frame) each."""
+        """The stamps of some layers in some frames, (number, frame) each."""
         canvases = [Canvas(self._size, self.painter.draft) for _ in layers]
         looks = camera(poses, self.painter.view)
         for (number, i), canvas in zip(layers, canvases, strict=True):

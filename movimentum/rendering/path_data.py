@@ -1,4 +1,4 @@
-"""The data of a path of SVG, read command by command as absolute lines and Bézier curves."""
+"""Parses SVG path data, command by command, into absolute lines and Bézier curves."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A display list made ready: its images and texts are loaded, and it is known which rectangle of the world is shown.
+"""Prepares a display list: loads its images and texts, and decides which rectangle of the world is shown.
 
-Everything that can fail is done here, before a file is begun. All ways to draw a film begin with a `PreparedDrawing`.
+Everything that can fail is done here, before a file is begun. All renderers begin with a `PreparedDrawing`.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ def _is_still(scene: Scene, item: PreparedMark) -> bool:
 def marks_of(
     scene: Scene, source: PoseSource, motion: PathMotion, wanted: Collection[int]
 ) -> dict[int, list[PreparedMark]]:
-    """What is drawn of some things, ready to be drawn at its own size; nothing of what cannot be loaded."""
+    """The marks of some things, ready to be drawn at their own size, without those that cannot be loaded."""
     options = PictureOptions(motion=motion)
     drawing = compose(scene, options)
     marks = drawing.things

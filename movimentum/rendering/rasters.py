@@ -1,6 +1,6 @@
-"""SVG drawings to pixels, by resvg in a process of its own: it cannot hang or bring down this one.
+"""SVG drawings to pixels, by resvg in a process of its own, so that it cannot hang or crash this one.
 
-A drawing is made of pixels once, at the size at which it is shown.
+Each drawing is rasterised once, at the size at which it is shown.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ def _drawn(made: Drawing2D, name: str | None, width: int, height: int) -> Image.
         message = f"drawing `{made.path}` takes longer than {SECONDS:.0f} seconds"
         raise fault("limit/drawing", message, "make it simpler, or draw it as PNG") from error
     if done.returncode != 0:
-        told = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise fault("asset/unreadable", f"`{made.path}` cannot be drawn: {told[-1] if told else 'it crashed'}")
+        output = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise fault("asset/unreadable", f"`{made.path}` cannot be drawn: {output[-1] if output else 'it crashed'}")
     with Image.open(io.BytesIO(done.stdout), formats=("PNG",)) as image:
         return image.convert("RGBA")
 

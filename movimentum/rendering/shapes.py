@@ -1,4 +1,4 @@
-"""The parts of figures, lines and arrows as outlines to be filled. A body's are made once; a frame only moves them."""
+"""The parts of figures, lines and arrows as outlines to fill. A body's are made once; a frame only moves them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Sprites: pictures prepared once, so that a frame costs one small affine transform.
 
-docs/decisions compares measured methods and their faults. In short: premultiplied (no halos), averaged once if it is
-made smaller (no aliasing), a clear rim (no staircase edges), bilinear with the sub-pixel offset in the matrix (no
-jumping), and only the pixels that the turned outline can reach.
+docs/decisions compares measured methods and their faults. In short: premultiplied (no halos), averaged once if reduced
+(no aliasing), a clear rim (no staircase edges), bilinear with the sub-pixel offset in the matrix (no jumping), and only
+the pixels that the turned outline can reach.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a picture is laid together from, and which rectangles of it are laid together anew."""
+"""The pieces that a picture is composed of, and the rectangles to compose again."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Faded:
 
 
 def cut(stamp: Stamp | Faded, masks: Sequence[Stamp]) -> Stamp | Faded | None:
-    """What is left of a stamp inside of coverages (beside each other); None if that is nothing."""
+    """The part of a stamp inside coverages (beside each other); None if it is empty."""
     if isinstance(stamp, Faded):
         parts = tuple(part for each in stamp.stamps if (part := cut(each, masks)) is not None)
         box = around(part.box for part in parts)

@@ -1,4 +1,4 @@
-"""The path of an element of an SVG as cubic Bézier curves."""
+"""Paths of SVG elements as cubic Bézier curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures as terminals are sent them: the protocols of kitty and iTerm2, and sixel."""
+"""Encodes pictures for terminals: the protocols of kitty and iTerm2, and sixel."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def blended(now: bytes, was: bytes, pale: float) -> bytes:
 
 
 def encoded(png: bytes, how: PictureProtocol) -> bytes:
-    """What a terminal has to be sent for a PNG picture."""
+    """The bytes that show a PNG picture in a terminal."""
     with Image.open(io.BytesIO(png)) as opened:
         picture = opened.convert("RGB")
     if how is PictureProtocol.SIXEL:

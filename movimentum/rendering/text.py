@@ -1,4 +1,4 @@
-"""Text as coverages, in fonts that have its characters (see `rendering.faces`)."""
+"""Text as coverage masks, in fonts that have its characters (see `rendering.faces`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Marks that depend on the whole film: graphs, polodes, cylinders, labels that find a place."""
+"""Marks that depend on the whole film: graphs, polodes, cylinders, labels that need a free place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that find the cause: what forbids a value, what it depends on, what mends the film, how it was solved."""
+"""Commands that find causes: what forbids a value, what it depends on, what repairs the film, how it was solved."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def why_not(session: Session, text: str) -> Answer:
 
 @COMMANDS.add("certify")
 def certify(session: Session, argument: str) -> Answer:
-    """what is proved of the film: how exact it is, that it is one unbroken motion, bounds between frames"""
+    """what is proved about the film: how exact it is, that it is one unbroken motion, bounds between frames"""
     plain(argument, "certify")
     from movimentum.certifying.certificate import certificate
     from movimentum.certifying.wording import as_data, certificate_diagnostics, certificate_text
@@ -66,18 +66,18 @@ def bisect(session: Session, argument: str) -> Answer:
     _ = session.work.motion  # errors of spelling are reported by `check`
     found = causes.bisect(session, PATIENCE_S)
     if found.size == 0:
-        return session, AnswerWithData("the film has no error: there is nothing to mend", found)
+        return session, AnswerWithData("the film has no error: there is nothing to repair", found)
     short = f"time was up after {counted(found.tried, 'change')} of {found.all}" if found.tried < found.all else ""
     if not found.fixes:
-        whole = f"{counted(found.tried, 'change')} of one or two statements were tried, and none mends the film"
-        return session, AnswerWithData(short + ", and none of them mends the film" if short else whole, found)
+        whole = f"{counted(found.tried, 'change')} of one or two statements were tried, and none repairs the film"
+        return session, AnswerWithData(short + ", and none of them repairs the film" if short else whole, found)
     many = "one change of a statement" if found.size == 1 else "changes of two statements"
     rest = short or f"all {found.tried} of that size and smaller were tried"
     suggestions: tuple[str | Fix, ...] = found.fixes[:MOST_FIXES]
     rows = [f"apply {n}: {fix.title}" for n, fix in enumerate(found.fixes[:MOST_FIXES], 1)]
     more = len(found.fixes) - MOST_FIXES
     rows += [f"and {more} more"] if more > 0 else []
-    words = "\n".join([f"{many} mends the film ({rest}):", *rows])
+    words = "\n".join([f"{many} repairs the film ({rest}):", *rows])
     return replace(session, suggestions=suggestions), AnswerWithData(words, found)
 
 
@@ -115,7 +115,7 @@ def _vector(rates: tuple[float, ...]) -> str:
 
 @COMMANDS.add("trace")
 def trace(session: Session, argument: str) -> Answer:
-    """how this moment was solved: what was found after what, from which lines, and where there was a choice"""
+    """how this moment was solved: in which order, from which lines, and where there was a choice"""
     plain(argument, "trace")
     from movimentum.workflow import causes
 

@@ -20,7 +20,7 @@ from movimentum.text import time_text
 COMMANDS = CommandTable()
 
 
-def told(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> Answer:
+def reported(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> Answer:
     """Diagnostics as text; their fixes are numbered for `apply`. ``brief``: in a terminal, what has been shown is not
     shown again.
     """
@@ -28,8 +28,12 @@ def told(session: Session, diagnostics: Iterable[Diagnostic], *, brief: bool = F
     numbered = [_numbered(item, suggestions) for item in diagnostics]
     shown = briefly(session, numbered) if brief else numbered
     text = render_text(shown, session.work.source).rstrip("\n")
-    heard = frozenset((item.code, item.message) for item in numbered)
-    session = replace(session, suggestions=tuple(suggestions), heard=heard if brief else heard | session.heard)
+    already_shown = frozenset((item.code, item.message) for item in numbered)
+    session = replace(
+        session,
+        suggestions=tuple(suggestions),
+        already_shown=already_shown if brief else already_shown | session.already_shown,
+    )
     return session, AnswerWithData(text, to_json(numbered, session.work.source))
 
 
@@ -37,7 +41,7 @@ def briefly(session: Session, diagnostics: Iterable[Diagnostic]) -> list[Diagnos
     """The diagnostics; in a terminal, those shown before in short: their code, and what can be applied."""
     shown: list[Diagnostic] = []
     for item in diagnostics:
-        if session.ask is not None and (item.code, item.message) in session.heard:
+        if session.ask is not None and (item.code, item.message) in session.already_shown:
             line = f", line {session.work.source.position(item.span.start).line}" if item.span is not None else ""
             fixes = tuple(text for text in item.helps if text.startswith("apply "))
             item = Diagnostic(item.code, item.severity, f"as before{line} (`check` tells it again)", helps=fixes)
@@ -64,7 +68,7 @@ def check(session: Session, argument: str) -> Answer:
     diagnostics = session.advice
     if not diagnostics:
         return replace(session, suggestions=()), "there are no messages"
-    return told(session, diagnostics)
+    return reported(session, diagnostics)
 
 
 @COMMANDS.add("conflicts")
@@ -80,7 +84,7 @@ def conflicts(session: Session, argument: str) -> Answer:
         "claim/broken",
     )
     found = [d for d in session.advice if d.code in codes or d.severity is Severity.ERROR]
-    return told(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
+    return reported(session, found) if found else (session, "there are no contradictions, and nothing is stated twice")
 
 
 def changed(after: Session) -> Answer:
@@ -93,12 +97,12 @@ def changed(after: Session) -> Answer:
     said = f"now {_summary(after)}"
     if not serious:
         return after, said
-    after, listed = told(after, serious, brief=True)
+    after, listed = reported(after, serious, brief=True)
     return after, f"{listed}\n\n{said}"
 
 
 def _at_first_sight(session: Session) -> str:
-    """What can be said about the moment on show before the path is known; nothing where the path has to be awaited."""
+    """A first remark about the moment on show, before the path is known; empty if only the path can tell."""
     work = session.work
     if not work.moves:
         return ""
@@ -208,13 +212,13 @@ def _refuse_typed(after: Session, text: str, trial: str) -> NoReturn:
                     own.append(replace(label, span=place))
                 else:
                     notes.append(_elsewhere(after, trial, label))
-            told_there = replace(item, span=span if inside else None, label=item.label if inside else "", fixes=())
-            shifted.append(replace(told_there, labels=tuple(own), notes=(*notes, *item.notes)))
+            shown = replace(item, span=span if inside else None, label=item.label if inside else "", fixes=())
+            shifted.append(replace(shown, labels=tuple(own), notes=(*notes, *item.notes)))
     raise ScriptError(shifted[:3] or after.work.diagnostics[:3], typed(text))
 
 
 def _elsewhere(after: Session, trial: str, label: Label) -> str:
-    """What a message says about another place than the typed text."""
+    """A message's label for a place outside the typed text."""
     if isinstance(label.span, FarSpan) or label.span.end > len(trial):
         return label.message
     line = after.work.source.position(label.span.start).line

@@ -1,4 +1,4 @@
-"""Commands about how the scene is solved, and about its alternatives."""
+"""Commands about how the scene is solved, and its alternatives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expressions and conditions typed at the prompt, and what is said where they make no sense."""
+"""Expressions and conditions typed at the prompt, and the errors in them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _RELATIONS: dict[Comparison, Callable[[FloatArray, FloatArray], BoolArray]] = {
 
 @contextmanager
 def at_the_prompt(session: Session, text: str) -> Generator[None, None, None]:
-    """What is wrong with the typed ``text`` is shown there."""
+    """Shows errors in the typed ``text`` at their places in it."""
     _ = session.work.scene  # errors of the script are about the script
     try:
         yield

@@ -1,4 +1,4 @@
-"""Commands about the script's file: what has changed, saving it, and reading it again."""
+"""Commands about the script's file: show changes, save, reload."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _difference(before: str, after: str, name: str) -> str:
 
 @COMMANDS.add("write [--merge | --force] [FILE]")
 def write(session: Session, argument: str) -> Answer:
-    """save the script; what others have changed in its file meanwhile is never lost: it is merged, or you are asked"""
+    """save the script; other changes to its file are never lost: they are merged, or you are asked"""
     given = re.fullmatch(r"\s*(?:--(merge|force)(?=\s|$))?\s*(.*?)\s*", argument, re.DOTALL)
     assert given is not None
     how, name = given[1] or "", given[2] or session.file
@@ -107,7 +107,7 @@ def write(session: Session, argument: str) -> Answer:
         raise refused("file-exists", f"there is another file {name} already, and it was not overwritten", *helps)
     found = merged(session.original, session.text, there)
     if not how and session.ask is not None:
-        how = _asked(session, found)
+        how = _ask_to_save(session, found)
     if how == "force":
         return _saved(session, path, session.text, own=own)
     if how == "merge" and not found.clashes:
@@ -117,14 +117,14 @@ def write(session: Session, argument: str) -> Answer:
     message = f"{name} has been changed since it was read, and was not overwritten"
     if found.clashes:
         message += f"; {counted(len(found.clashes), 'place')} in it clash{'es' if len(found.clashes) == 1 else ''}"
-        message += f" with your changes ({'; '.join(map(_told, found.clashes[:MOST_CLASHES]))})"
+        message += f" with your changes ({'; '.join(map(_clash_text, found.clashes[:MOST_CLASHES]))})"
         raise refused("file-changed", message, f"write {typed(free)}", "write --force", "reload")
     raise refused("file-changed", message, "write --merge", "write --force", f"write {typed(free)}")
 
 
 @COMMANDS.add("reload")
 def reload(session: Session, argument: str) -> Answer:
-    """take the script as its file has it now; `undo` brings yours back"""
+    """reload the script from its file; `undo` brings yours back"""
     plain(argument, "reload")
     if session.file.startswith("<"):
         raise refused("file", "the script came from standard input: it cannot be read again")
@@ -145,11 +145,11 @@ def _agreed(session: Session, question: str) -> bool:
     return reply is not None and reply.strip().lower() in ("y", "yes")
 
 
-def _asked(session: Session, found: Merged) -> str:
+def _ask_to_save(session: Session, found: Merged) -> str:
     """How to save over a file that has changed: "merge", "force", or nothing."""
     assert session.ask is not None
     if found.clashes:
-        places = "; ".join(map(_told, found.clashes[:MOST_CLASHES]))
+        places = "; ".join(map(_clash_text, found.clashes[:MOST_CLASHES]))
         question = (
             f"the file has been changed meanwhile, and clashes with your changes ({places}): overwrite it? [y/N] "
         )
@@ -159,7 +159,7 @@ def _asked(session: Session, found: Merged) -> str:
     return {"m": "merge", "merge": "merge", "o": "force", "overwrite": "force"}.get(reply, "")
 
 
-def _told(clash: Clash) -> str:
+def _clash_text(clash: Clash) -> str:
     mine, theirs = (" ".join(" ".join(lines).split()) or "nothing" for lines in (clash.mine, clash.theirs))
     return f"line {clash.line}: yours `{_shortened(mine)}`, in the file `{_shortened(theirs)}`"
 

@@ -1,4 +1,4 @@
-"""`help`: by what is wrong, and the list of commands."""
+"""`help`: by problem, and the list of commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from movimentum.repl.session import Command, table
 
 @dataclass(frozen=True, slots=True)
 class Symptom:
-    """What somebody sees: ``it`` is the sentence, ``words`` others for it, ``commands`` what finds out why."""
+    """A symptom: ``it`` is the sentence, ``words`` describe it, ``commands`` find the cause."""
 
     it: str
     words: tuple[str, ...]

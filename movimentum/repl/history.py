@@ -1,4 +1,4 @@
-"""What was typed: kept on disk for the next session where that is possible, and shown by `history`."""
+"""Typed lines: stored on disk for the next session if possible, and shown by `history`."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.undetermined import lacks
+from movimentum.analysis.diagnose.undetermined import missing_spans
 from movimentum.arrays import FloatArray
 from movimentum.output.files import whole_file
 from movimentum.planning.blocks.kinds import method_of
@@ -67,7 +67,7 @@ def _lack(session: Session, name: str) -> str | None:
     mask = session.poses().missing.get(name)
     if mask is None or not mask[0]:
         return None
-    spans = lacks(session.work.motion, name)
+    spans = missing_spans(session.work.motion, name)
     now = float(session.time)
     here = next((lack for lack in reversed(spans) if lack.begin is None or lack.begin <= now), None)
     if here is None or (here.begin is None and here.end is None):
@@ -171,7 +171,7 @@ PAIRS = 3
 
 
 def _rigid_rows(session: Session, wanted: str) -> list[list[str]]:
-    """What the language itself demands: the anchors of every thing that is solved for keep their distances."""
+    """The language's own constraints: the anchors of every thing that is solved for keep their distances."""
     scene, poses = session.work.scene, session.poses()
     rows: list[list[str]] = []
     for thing in sorted(session.segment_motion.plan.system.frames):

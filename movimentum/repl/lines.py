@@ -1,5 +1,5 @@
-"""What is typed, as lines to carry out: lines that go on, several commands in one paste, files of commands; and the
-commands about lines that were typed or written before.
+"""Splits input into lines to run: continued lines, several commands in one paste, command files. Also has the commands
+about earlier lines.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def unfinished(text: str, commands: Mapping[str, Command]) -> bool:
 
 
 def logical_lines(text: str, commands: Mapping[str, Command]) -> list[str]:
-    """What to carry out, in order: lines that go on are one, several statements on a line are several."""
+    """The commands to run, in order: continued lines are joined, several statements on a line are split."""
     found: list[str] = []
     held = ""
     for line in text.splitlines():
@@ -121,7 +121,7 @@ def read(session: Session, argument: str) -> Answer:
         raise refused("argument", "`read` needs a file of commands", "read commands.txt")
     path = os.path.realpath(os.path.expanduser(name))
     if path in session.reading or len(session.reading) >= MOST_NESTED:
-        raise refused("file", f"`{name}` is being read already: it would read itself for ever", "help read")
+        raise refused("file", f"`{name}` is being read already: it would read itself endlessly", "help read")
     text = read_text(os.path.expanduser(name)).text
     kept = "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
     if not kept.strip():

@@ -1,4 +1,4 @@
-"""Matrices for a terminal: named rows and columns, in as many tables as the width requires."""
+"""Matrices in a terminal: named rows and columns, split into as many tables as the width requires."""
 
 from __future__ import annotations
 

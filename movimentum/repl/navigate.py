@@ -1,4 +1,4 @@
-"""Commands that choose the moment to look at, and those about the whole film, which go where a condition holds."""
+"""Commands that choose the moment to look at, and whole-film commands that go to where a condition holds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def where(session: Session) -> str:
     return "\n".join(lines)
 
 
-def moved(session: Session, time: Fraction) -> Answer:
+def go_to(session: Session, time: Fraction) -> Answer:
     """The session at another time, and where that is."""
     session = session.at(time)
     place = {"time": session.time, "frame": session.frame, "step": session.step, "solved": session.standing.solved}
@@ -51,7 +51,7 @@ def at(session: Session, argument: str) -> Answer:
     if not timeline.start <= time <= timeline.end:
         first, last = time_text(float(timeline.start)), time_text(float(timeline.end))
         raise refused("time", f"time {argument.strip()} is outside the film, from {first} to {last}", f"at {last}")
-    return moved(session, time)
+    return go_to(session, time)
 
 
 @COMMANDS.add("frame N")
@@ -64,7 +64,7 @@ def frame(session: Session, argument: str) -> Answer:
     number = int(argument)
     if not -count <= number < count:
         raise refused("frame", f"there is no frame {number}: they go from 0 to {count - 1}", f"frame {count - 1}")
-    return moved(session, timeline.frame_time(number % count))
+    return go_to(session, timeline.frame_time(number % count))
 
 
 @COMMANDS.add("next")
@@ -74,7 +74,7 @@ def following(session: Session, argument: str) -> Answer:
     timeline = session.work.timeline
     if session.frame + 1 >= timeline.frame_count:
         raise refused("frame", "this is the last frame", "back", "frame 0")
-    return moved(session, timeline.frame_time(session.frame + 1))
+    return go_to(session, timeline.frame_time(session.frame + 1))
 
 
 @COMMANDS.add("back [until CONDITION]")
@@ -86,13 +86,13 @@ def back(session: Session, argument: str) -> Answer:
         time = max((end for end in found.ends if end < session.time), default=None)
         if time is None:
             raise refused("never", f"`{words[1]}` does not hold at any earlier time", f"when {words[1]}")
-        return moved(session, time)
+        return go_to(session, time)
     plain(argument, "back")
     timeline = session.work.timeline
     before = session.frame - (1 if timeline.frame_time(session.frame) == session.time else 0)
     if before < 0:
         raise refused("frame", "this is the first frame", "next")
-    return moved(session, timeline.frame_time(before))
+    return go_to(session, timeline.frame_time(before))
 
 
 @COMMANDS.add("steps")
@@ -140,7 +140,7 @@ def when(session: Session, argument: str) -> Answer:
 
 
 def _range(session: Session, text: str) -> str:
-    """What the left side of a condition is at most and at least."""
+    """The extremes of a condition's left side."""
     left = text.partition("=")[0].partition("<")[0].partition(">")[0].strip()
     parts = [extremes(session, left, largest=largest) for largest in (False, True)]
     words = [
@@ -159,7 +159,7 @@ def until(session: Session, argument: str) -> Answer:
     time = min((begin for begin in found.begins if begin > session.time), default=None)
     if time is None:
         raise refused("never", f"`{text}` does not come to hold at any later time", f"when {text}")
-    return moved(session, time)
+    return go_to(session, time)
 
 
 @COMMANDS.add("run [until CONDITION]")
@@ -177,7 +177,7 @@ def run_until(session: Session, argument: str) -> Answer:
         poses = work.motion.poses(first, min(first + CHUNK, count))
         places = (holds(poses) & poses.solved).nonzero()[0]
         if len(places):
-            return moved(session, work.timeline.frame_time(int(poses.frames[places[0]])))
+            return go_to(session, work.timeline.frame_time(int(poses.frames[places[0]])))
     raise refused("never", f"`{words[1]}` does not hold in any later frame", "frame 0")
 
 
@@ -192,10 +192,10 @@ def _run(session: Session) -> Answer:
         if begin > session.time
     ]
     if not begins:
-        after, said = moved(session, session.work.timeline.end)
-        return after, f"no break comes to hold\n{said}"
+        after, said = go_to(session, session.work.timeline.end)
+        return after, f"no breakpoint is reached\n{said}"
     time, text = min(begins)
-    after, said = moved(session, time)
+    after, said = go_to(session, time)
     return after, f"`{text}` comes to hold\n{said}"
 
 
@@ -204,7 +204,7 @@ def break_when(session: Session, argument: str) -> Answer:
     """stop `run` where it comes to hold; alone: forget all breaks"""
     words = argument.split(None, 1)
     if not words:
-        return replace(session, breaks=()), "there are no breaks any more"
+        return replace(session, breaks=()), "there are no breakpoints any more"
     if len(words) != 2 or words[0] != "when":
         raise refused("argument", "`break` needs a condition", "break when Rod.B.x = 300")
     text = words[1].strip().removesuffix(";")
@@ -246,7 +246,7 @@ def watch(session: Session, argument: str) -> Answer:
     """show an expression with every prompt, and after every move; alone: stop watching"""
     text = argument.strip()
     if not text:
-        return replace(session, watches=()), "nothing is watched any more"
+        return replace(session, watches=()), "nothing is watched now"
     shown = shown_values(session, (text,))
     watches = tuple(dict.fromkeys((*session.watches, text)))
     return replace(session, watches=watches), shown

@@ -1,4 +1,4 @@
-"""Long answers in a terminal, a page at a time."""
+"""Shows long answers a page at a time in a terminal."""
 
 from __future__ import annotations
 

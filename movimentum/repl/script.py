@@ -1,4 +1,4 @@
-"""Commands that show the script and change it line by line: what can be written into a script can be typed."""
+"""Commands that show the script and edit it line by line: any script text can be typed."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def listed(session: Session, argument: str) -> Answer:
         after = [step.span.start for step in steps if step.number > session.step]
         begin = source.position(steps[session.step].span.start).line
         here = begin, (source.position(min(after)).line - 1 if after else len(lines))
-    told = {
+    noted = {
         source.position(item.span.start).line
         for item in session.work.diagnostics
         if item.span is not None and item.severity is not Severity.NOTE
     }
     width = len(str(len(lines)))
     rows = [
-        f"{'!' if number in told else '>' if here[0] <= number <= here[1] else ' '} {number:{width}} | {text}".rstrip()
+        f"{'!' if number in noted else '>' if here[0] <= number <= here[1] else ' '} {number:{width}} | {text}".rstrip()
         for number, text in enumerate(lines, 1)
         if first <= number <= last
     ]
@@ -69,7 +69,7 @@ def edit(session: Session, argument: str) -> Answer:
     text = given[2]
     if text is None:
         if session.ask is None:
-            raise refused("argument", "`edit LINE` needs its text where nobody can be asked", f"edit {number} TEXT")
+            raise refused("argument", "`edit LINE` needs its text: no terminal can ask for it", f"edit {number} TEXT")
         text = session.ask(f"line {number} is `{source.line(number)}`; new text: ")
         if not text:
             return session, "nothing is changed"
@@ -121,7 +121,7 @@ def constant_named(session: Session, name: str) -> NamedConstant | None:
 
 
 def typed_part(session: Session, text: str) -> Answer | None:
-    """What else can be typed: a definition, a constant, a claim, a step, a comment. None for what is none of these."""
+    """Other typed script text: a definition, a constant, a claim, a step, a comment. None for anything else."""
     named = re.match(r"\s*([A-Za-z]\w*)\s*=(?!=)\s*(.+)", text, re.DOTALL)
     if named is not None and (constant := constant_named(session, named[1])) is not None:
         value = named[2].strip().removesuffix(";")

@@ -1,8 +1,7 @@
-"""The state of a debugging session: a script as it was and as it is now, an instant, and what was typed before.
+"""The state of a debugging session: the original and the current script, an instant, and the lines typed so far.
 
-Answers with the data that they are the words for, and as JSON.
-
-What can be typed: commands, and the statements that are tried out.
+It also defines answers (words with the data behind them, also as JSON) and the kinds of input: commands, and statements
+to try out.
 """
 
 from __future__ import annotations
@@ -39,12 +38,12 @@ PATIENCE_S = 2.0
 
 
 def typed(text: str) -> SourceText:
-    """What was typed, as messages show it."""
+    """The typed text as a source, for messages."""
     return SourceText("<prompt>", text)
 
 
 def refused(code: str, message: str, *helps: str) -> UsageError:
-    """That the typed command cannot be done; it is about no place in a text."""
+    """The error for a command that cannot be done, without a place in a text."""
     return UsageError([Diagnostic(f"repl/{code}", Severity.ERROR, message, helps=helps)], typed(""))
 
 
@@ -67,12 +66,12 @@ class Session(Inspector):
     suggestions: tuple[str | Fix, ...] = ()
     ended: bool = False
     lines: tuple[str, ...] = ()
-    """What has been typed, the latest last."""
+    """The typed lines, the latest last."""
     pending: str = ""
     """Lines that the last command wants to be carried out next."""
     reading: tuple[str, ...] = ()
     """The files of commands that are being read, each inside the one before."""
-    heard: frozenset[tuple[str, str]] = frozenset()
+    already_shown: frozenset[tuple[str, str]] = frozenset()
     """Codes and texts of the script's messages that have been reported."""
     tell: Callable[[str], None] | None = None
     """In a terminal: shows a part of an answer before the whole of it is known."""
@@ -107,7 +106,7 @@ class Session(Inspector):
 
     @property
     def no_pose(self) -> str:
-        """That there is no pose at the moment, and why; empty where there is one."""
+        """A remark that there is no pose at the moment, and why; empty if there is one."""
         standing = self.standing
         if standing.solved:
             return ""
@@ -115,7 +114,7 @@ class Session(Inspector):
 
     @property
     def caveat(self) -> str:
-        """What has to be said before places are shown: what they are where there is no pose at the moment."""
+        """A remark to show before places if there is no pose at the moment: which pose is shown."""
         standing = self.standing
         if standing.solved:
             return ""

@@ -142,8 +142,8 @@ def step(session: Session, line: str, teller: Teller | None = None) -> tuple[Ses
     except MovimentumError as error:
         if error.source is None or error.source.path == session.work.source.path:
             shown = ScriptError(edit.briefly(session, error.diagnostics), error.source)
-            heard = {(item.code, item.message) for item in error.diagnostics}
-            session = replace(session, heard=session.heard | heard)
+            already_shown = {(item.code, item.message) for item in error.diagnostics}
+            session = replace(session, already_shown=session.already_shown | already_shown)
             error = shown
         teller.tell(session, line, "", error)
         return session, False
@@ -179,7 +179,7 @@ def greet(session: Session) -> Session:
     """The errors of the script, if any, and where the session begins."""
     diagnostics = [d for d in session.advice if d.severity is not Severity.NOTE]
     if diagnostics:
-        session, text = edit.told(session, diagnostics)
+        session, text = edit.reported(session, diagnostics)
         say(text)
     try:
         say(navigate.where(session))

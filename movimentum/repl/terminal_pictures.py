@@ -1,4 +1,4 @@
-"""Pictures in terminals that can show them: the protocols of kitty and iTerm2, and sixel."""
+"""Shows pictures in terminals that support them: the protocols of kitty and iTerm2, and sixel."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ PATIENCE_S = 0.3
 
 
 def protocol() -> PictureProtocol | None:
-    """What the terminal of this process can show; None for no pictures."""
+    """The picture protocol of this process's terminal; None for no pictures."""
     if not is_terminal(sys.stdout) or not is_terminal(sys.stdin):
         return None
     found = named(os.environ)
-    return found if found is None or isinstance(found, PictureProtocol) else _asked()
+    return found if found is None or isinstance(found, PictureProtocol) else _detected()
 
 
 def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
-    """What the environment says: a protocol, none, or "ask"."""
+    """The choice in the environment: a protocol, none, or "ask"."""
     wanted = environment.get(SETTING, "").strip().lower()
     if wanted in ("none", "off", "0"):
         return None
@@ -44,7 +44,7 @@ def named(environment: Mapping[str, str]) -> PictureProtocol | str | None:
     return "ask"
 
 
-def _asked() -> PictureProtocol | None:
+def _detected() -> PictureProtocol | None:
     """Ask the terminal for its primary attributes: 4 among them is sixel. Nothing of the answer is left to be read."""
     try:
         import termios

@@ -1,4 +1,4 @@
-"""The anchors of a thing: where they are as drawn, relative to each other."""
+"""The anchors of a thing: their positions as drawn, relative to each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edges that are arcs, read (`.arcto`), and what rings, sectors and Bézier curves may be."""
+"""Reads edges that are arcs (`.arcto`), and checks rings, sectors and Bézier curves."""
 
 from __future__ import annotations
 

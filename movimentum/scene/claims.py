@@ -1,4 +1,4 @@
-"""Claims, goals and requirements: what is said about results, read like constraints and kept apart from them."""
+"""Claims, goals and requirements: statements about results, read like constraints but kept separate."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _claim(
         left=tuple(a for a, _ in pairs),
         right=tuple(b for _, b in pairs),
         span=claim.span,
-        told=(expression_text(claim.left), expression_text(claim.right)),
+        side_texts=(expression_text(claim.left), expression_text(claim.right)),
         strict=resolved.strict,
         tolerance=tolerance,
         always=claim.always,
@@ -167,10 +167,10 @@ def _has_one_value(root: Expr) -> bool:
 
 
 def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Findings) -> None:
-    """That it is not said which of the values in the film is to be largest."""
+    """Reports that it is unclear which of the values in the film should be largest."""
     text, word = expression_text(claim.left), claim.comparison
     first, other = ("min", "max") if word is Comparison.LARGEST else ("max", "min")
-    told = {"min": "the least of them", "max": "the greatest of them", "mean": "their mean"}
+    words = {"min": "the least of them", "max": "the greatest of them", "mean": "their mean"}
     findings.error(
         "kind/reduction",
         f"`{text}` has a value in every frame: which of them is to be the {word[1:]}?",
@@ -178,7 +178,7 @@ def _report_many_values(claim: tree.ClaimStatement, in_part: bool, findings: Fin
         helps=["each part that changes has to be in a reduction"]
         if in_part
         else [
-            replacement(f"{told[each]}: `.goal .{each}({text}) {word};`", claim.left.span, f".{each}({text})")
+            replacement(f"{words[each]}: `.goal .{each}({text}) {word};`", claim.left.span, f".{each}({text})")
             for each in (first, other, "mean")
         ],
     )
@@ -224,11 +224,11 @@ def report_undetermined(
 ) -> None:
     """Report variables that only claims mention: nothing gives them a value."""
     known = {name for resolved in stated if resolved.right is not None for name, _ in _variables(resolved)}
-    told: set[str] = set()
+    reported: set[str] = set()
     for resolved in claimed:
         for name, span in _variables(resolved):
-            if name not in known and name not in told:
-                told.add(name)
+            if name not in known and name not in reported:
+                reported.add(name)
                 clock = clock_meant(name)
                 guess = findings.nearest(name, known) if clock is None else f".{clock}"
                 findings.error(

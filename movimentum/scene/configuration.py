@@ -1,4 +1,4 @@
-"""``.config``: frames per time unit, the canvas, its background; ``.loop``: the film ends and begins again."""
+"""``.config``: frames per time unit, the canvas and its background; and ``.loop``: the film repeats."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""``.on(P, Curve)``, ``.where(P, Curve)``, ``.gap(A, B)`` and ``.roll(A, B)``: which things, and what is said of them.
+"""``.on(P, Curve)``, ``.where(P, Curve)``, ``.gap(A, B)`` and ``.roll(A, B)``: which things they name, and their
+values.
 
-Each is an expression of where the two are nearest (`outlines.nearest`). Where it is only read, that is found over the
-whole of both; an equation makes it an unknown of its own, which is followed.
+Each is an expression of where the two things are nearest (`outlines.nearest`). If it is only read, that place is
+searched for over the whole of both; in an equation it is an unknown of its own, which is followed.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from movimentum.scene.model import AnchorCoordinate, Thing, ThingAngle
 from movimentum.scene.outlines import Circle, outline_of, pieces_of
 from movimentum.scene.values import Value, left_to_right, length_of
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Several, Vector
-from movimentum.text import number as told
+from movimentum.text import number as shown_number
 from movimentum.things.kinds.curve import Curved
 
 _OF_CURVE = frozenset({"point", "tangent", "curvature", "length"})
@@ -89,7 +90,7 @@ def _tell_crossing(thing: Thing, findings: Findings) -> None:
             continue
         met = crossing(ring.facets.points)
         if met is not None:
-            x, y = (told(value + own, 4) for value, own in zip(met, thing.anchors[0].local, strict=True))
+            x, y = (shown_number(value + own, 4) for value, own in zip(met, thing.anchors[0].local, strict=True))
             message = f"the outline of `{thing.name}` crosses itself at [{x}, {y}], so what is inside is not certain"
             helps = ("make it of several shapes (`.body`), or `.open` and as broad as it is drawn (`.width(2)`)",)
             findings.warning(code, message, thing.name_span, helps=helps)
@@ -329,7 +330,7 @@ class _Side:
 
     @property
     def is_hole(self) -> bool:
-        """Whether what is inside is free."""
+        """Whether the inside is free space."""
         return self.contour is not None and self.contour.hollow
 
     def seen(self, other: _Side) -> tuple[Expr, ...]:

@@ -1,4 +1,4 @@
-"""``.cord(A.P, Wheel, -Wheel, B.P)``: what a cord runs to, through and about."""
+"""``.cord(A.P, Wheel, -Wheel, B.P)``: the points and wheels along a cord."""
 
 from __future__ import annotations
 

@@ -72,15 +72,15 @@ class CurveReader:
             places[:, 1] = height - places[:, 1]
         return polygon([(float(x), float(y)) for x, y in places])
 
-    def _element(self, file: str, element: str, shown: str, told: Text | None) -> Contour | None:
-        """The path of an element of a drawing, as an outline; ``told``: where to report what is wrong with it."""
+    def _element(self, file: str, element: str, shown: str, report_at: Text | None) -> Contour | None:
+        """The path of an element of a drawing, as an outline; ``report_at``: where to report its errors."""
         if self._read_table is None:
             return None
         column = TableColumn(file, shown, POINTS, element)
         made = self._read_table(column)
         if isinstance(made, Diagnostic):
-            if told is not None:
-                self._findings.add(replace(made, span=told.span, label=""))
+            if report_at is not None:
+                self._findings.add(replace(made, span=report_at.span, label=""))
             return None
         self._tables[column] = made
         points = np.stack([made.x, made.y], axis=-1).reshape(-1, 4, 2)
@@ -134,7 +134,7 @@ class CurveReader:
             self._findings.error("kind/not-finite", message, expression.span, helps=helps)
             return None
         except TooManyPieces as problem:
-            message = f"this curve has {problem.count} jumps and corners, or more; at most {MOST_PIECES} are told apart"
+            message = f"this curve has {problem.count} jumps and corners, or more; the limit is {MOST_PIECES}"
             helps = ("write it as a body of shapes, or read its points with `.points('file.csv')`",)
             self._findings.error("curve/points", message, expression.span, helps=helps)
             return None
@@ -261,7 +261,7 @@ class CurveReader:
         (text,) = definition.shape.arguments
         assert isinstance(text, Text)
         if others:
-            message = f"`{definition.name}` runs as it is drawn, and says besides how it runs: by `.{others[0].name}`"
+            message = f"`{definition.name}` comes from a drawing, and is also defined by `.{others[0].name}`"
             helps = (replacement("leave this out", others[0].span, ""),)
             self._findings.error("curve/shape", message, others[0].span, helps=helps)
             return None
@@ -308,7 +308,7 @@ class CurveReader:
 
     def _report_shape(self, definition: Definition, said: Sequence[Option]) -> None:
         if said:
-            message = f"`{definition.name}` says twice how it runs: by `.{said[0].name}` and by `.{said[1].name}`"
+            message = f"`{definition.name}` is defined twice: by `.{said[0].name}` and by `.{said[1].name}`"
             helps = (replacement("leave this out", said[1].span, ""),)
             self._findings.error("curve/shape", message, said[1].span, helps=helps)
             return
@@ -317,7 +317,7 @@ class CurveReader:
             insertion("add a radius: `.polar(th, 40 + 9*.cos(2*th))`", at, " .polar(th, 40 + 9*.cos(2*th))"),
             "or `.param(u, [80*.cos(u), 50*.sin(u)])`, `.through([0,0], [40,10], [90,0]) .open`, `.points('file.csv')`",
         )
-        message = f"`{definition.name}` does not say how it runs"
+        message = f"`{definition.name}` does not say which curve it is"
         self._findings.error("curve/shape", message, definition.name_span, helps=helps)
 
 

@@ -1,7 +1,7 @@
 """``Cam : .cut Roller .in Shaft``: things whose outline is what another thing cuts in a third one over the film.
 
-To know it the film is solved first without the profile and without what mentions it: so a statement about a profile
-never decides how the profile is cut. Then the profile is a curve that moves with the thing that is cut.
+To find it, the film is first solved without the profile and without statements that mention it, so a statement about a
+profile never affects how it is cut. Then the profile is a curve that moves with the thing that is cut.
 """
 
 from __future__ import annotations
@@ -218,7 +218,7 @@ def _cut_thing(
 
 
 def profile_of(scene: Scene, job: CutJob) -> CutProfile:
-    """What was found when a scene was made."""
+    """The result of making a scene."""
     found = scene.profiles.get(job.name)
     return found if isinstance(found, CutProfile) else CutProfile(fault="it was not solved")
 
@@ -298,13 +298,14 @@ def _undercut(
     outline = outline_of(tool)
     size = f", of radius {outline.radius:g}," if isinstance(outline, Circle) else ""
     message = f"`{tool.name}`{size} undercuts `{thing.name}`, which crosses itself{where}: from t = "
-    told = Diagnostic("contact/undercut", Severity.WARNING, f"{message}{profile.time:.4g} on", span)
-    told = replace(told, notes=("a part of the profile is cut away there, so a follower cannot move like the tool",))
+    warning = Diagnostic("contact/undercut", Severity.WARNING, f"{message}{profile.time:.4g} on", span)
+    note = "a part of the profile is cut away there, so a follower cannot move like the tool"
+    warning = replace(warning, notes=(note,))
     if profile.radius is not None:
         number = f"{profile.radius:.4g}"
         title = f"a radius of {number} or less would do"
         made = next(each for each in definitions if each.name == tool.name).shape.arguments
-        return told.advised(replacement(title, made[0].span, number) if made else title)
+        return warning.advised(replacement(title, made[0].span, number) if made else title)
     if profile.farther is not None:
-        return told.advised(f"it would do to move `{tool.name}` away from `{frame.name}` by {profile.farther:.4g} px")
-    return told.advised(f"a smaller tool would do, or one that stays farther away from `{frame.name}`")
+        return warning.advised(f"move `{tool.name}` away from `{frame.name}` by {profile.farther:.4g} px")
+    return warning.advised(f"a smaller tool would do, or one that stays farther away from `{frame.name}`")

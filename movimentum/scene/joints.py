@@ -1,4 +1,4 @@
-"""What statements do to anchors and things: which are joints, which are fixed, and what is mentioned at all."""
+"""What statements do to anchors and things: which are joints, which are fixed, and which are mentioned at all."""
 
 from __future__ import annotations
 

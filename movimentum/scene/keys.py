@@ -1,4 +1,4 @@
-"""Constraint keys: a left-hand side as canonical text, however it was written."""
+"""Constraint keys: a left-hand side in canonical form, however it was written."""
 
 from __future__ import annotations
 

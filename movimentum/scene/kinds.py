@@ -45,7 +45,7 @@ from movimentum.syntax.expression_tree import (
 
 
 class Kind(StrEnum):
-    """What an expression yields."""
+    """The kind of an expression's value."""
 
     SCALAR = "scalar"
     VECTOR = "vector"

@@ -1,4 +1,4 @@
-"""Texts with numbers, and what the camera shows: expressions in braces and in views, read like the sides of a claim."""
+"""Numbers in texts and camera views: expressions in braces and in `.view`, read like the sides of a claim."""
 
 from __future__ import annotations
 
@@ -126,8 +126,8 @@ def _read(
     asks: str = "a graph shows",
     detail: bool = False,
 ) -> tuple[Expr, ...] | None:
-    """What has a value at a moment, derivatives included; None after an error. ``asks``: what for. ``detail``: of an
-    inset.
+    """An expression with a value at a moment, derivatives included; None after an error. ``asks``: what for.
+    ``detail``: of an inset.
     """
     what = f"{asks} numbers, and this is a vector: its `.x`, `.y` or `.l`?"
     if kind is Kind.VECTOR:
@@ -253,7 +253,7 @@ def _check_format(field: TextField, findings: Findings) -> None:
 def build_views(
     expanded: Expanded, table: ThingTable, inference: Inference, variables: Sequence[str], findings: Findings
 ) -> tuple[CameraView, ...]:
-    """What the camera shows from when on, in the order of time. What the first step says is there at once."""
+    """The camera's views with their times, in order. The first step's view is there at once."""
     start = expanded.steps[0].time if expanded.steps else Fraction(0)
     found: dict[Fraction, CameraView] = {}
     for timed in expanded.views:

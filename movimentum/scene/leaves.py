@@ -1,4 +1,4 @@
-"""Leaves of expressions that a later stage replaces or follows: contacts, cords, directions."""
+"""Special leaves of expressions, which a later stage replaces or follows: contacts, cords, directions."""
 
 from __future__ import annotations
 

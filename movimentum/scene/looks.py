@@ -1,6 +1,6 @@
-"""How things look: what a definition says, else the theme, else the kind, decided here and nowhere else.
+"""How things look: from the definition, else the theme, else the kind, decided here and nowhere else.
 
-A script that says nothing about looks at all, and draws links only, looks like a figure of a textbook.
+A script that draws only links and states no looks at all looks like a textbook figure.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ SPOKEN = frozenset({"color", "width", "fill", "edge", "dash", "cap", "opacity", 
 """Options that say something about looks."""
 
 Stated = Mapping[str, Any]
-"""What a definition says: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
+"""The looks in a definition: option -> value; ``drawn`` has the numbers of the anchors that it names in `.through`."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Dress:
-    """What a theme has for one thing: ``fill`` is its turn, ``width`` that of links; ``jointed``: it has joints."""
+    """A theme's looks for one thing: ``fill`` is its turn, ``width`` that of links; ``jointed``: it has joints."""
 
     theme: Theme
     fill: Color
@@ -116,7 +116,7 @@ def dressed(
 
 
 def _of_kind(theme: Theme, thing: Thing, said: Stated, jointed: bool) -> dict[str, Any]:
-    """What a theme says of all things of a kind, without what a definition says otherwise."""
+    """A theme's looks for all things of a kind, less those that a definition overrides."""
     own = dict(theme.kinds.get(thing.kind.word, {}))
     if "color" in said:
         own.pop("fill", None)

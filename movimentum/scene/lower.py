@@ -44,7 +44,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
-from movimentum.scene.reductions import is_reduction, kept, reduced
+from movimentum.scene.reductions import earlier_value, is_reduction, reduced
 from movimentum.scene.resolve import (
     CONTACT,
     AngleUse,
@@ -174,7 +174,7 @@ def _leaf(node: Expression, meanings: Meanings, context: Context) -> Value | Non
 
 
 def _meant(node: Expression, meaning: Meaning, context: Context) -> Value | None:
-    """What a node stands for; None where it is an operation all the same."""
+    """The expression for a special node; None for an ordinary operation."""
     match meaning:
         case VariableUse(name):
             if context.inference.kind(node) is Kind.VECTOR:
@@ -331,7 +331,7 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
         case "d":
             return tuple(derivative(part) for part in arguments[0])
         case "at" if context.kept_from is not None:
-            return kept(node, arguments, (context.kept_from, context.step_time), context.findings)
+            return earlier_value(node, arguments, (context.kept_from, context.step_time), context.findings)
         case word if is_reduction(node) and (word in context.reduces or word not in ("min", "max")):
             return reduced(node, arguments, context.findings, allowed=word in context.reduces)
         case "min" | "max":

@@ -133,7 +133,7 @@ class FixedPoint:
 
 
 PointRef: TypeAlias = AnchorRef | FixedPoint
-"""What a thing is drawn at."""
+"""A point at which a thing is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +272,7 @@ class Claim:
     fit is to bring about: a goal with its ``weight``, or a requirement; these may have ``reduction`` nodes. Laid out as
     `Constraint` (``number`` counts claims only; the relation is never a wish); what a bare ``_`` leaves open is left
     out; what is to be largest or smallest has 0 on its right. ``tolerance`` None: a default by the scene's size.
-    ``told``: the text of each side. ``always``: to be proved. ``of_gaps``: it is about outlines.
+    ``side_texts``: the text of each side. ``always``: to be proved. ``of_gaps``: it is about outlines.
     """
 
     number: int
@@ -282,7 +282,7 @@ class Claim:
     left: tuple[Expr, ...]
     right: tuple[Expr, ...]
     span: Span
-    told: tuple[str, str]
+    side_texts: tuple[str, str]
     strict: bool = False
     tolerance: Fraction | None = None
     purpose: Purpose = Purpose.CLAIM

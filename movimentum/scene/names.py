@@ -1,4 +1,4 @@
-"""The names of symbols in the script's own words, for messages."""
+"""Names of symbols in the script's own words, for messages."""
 
 from __future__ import annotations
 

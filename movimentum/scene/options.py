@@ -1,4 +1,4 @@
-"""Reading the options of things: which each kind takes is in `movimentum.things`."""
+"""Reads the options of things; `movimentum.things` says which options each kind takes."""
 
 from __future__ import annotations
 

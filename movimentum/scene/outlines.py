@@ -1,4 +1,4 @@
-"""The outline of a thing as it is drawn, in its local frame."""
+"""The outline of a thing as drawn, in its local frame."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def curve_of(thing: Thing) -> Contour | None:
 
 
 def outline_of(thing: Thing) -> Contour | Circle | None:
-    """What a thing touches others with, from its first anchor, but for its holes; None if it has no outline."""
+    """The outline of a thing without its holes, from its first anchor; None if it has none."""
     return next(iter(rings_of(thing)), None)
 
 
@@ -87,7 +87,7 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
 
 
 def _toothed(thing: Thing, own: Toothed) -> tuple[Contour | Circle, ...]:
-    """Of a gear or a rack."""
+    """The outline of a gear or a rack."""
     direction, teeth, module = thing.tooth_direction, own.teeth, own.module
     if thing.kind.word == "rack":
         c, s = math.cos(math.radians(direction)), math.sin(math.radians(direction))
@@ -100,7 +100,7 @@ def _toothed(thing: Thing, own: Toothed) -> tuple[Contour | Circle, ...]:
 
 
 def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
-    """Of a body with edges between its anchors."""
+    """The outline of a body with edges between its anchors."""
     look, word = thing.look, thing.kind.word
     if word not in ("bar", "plate", "polygon", "bezier"):
         return ()

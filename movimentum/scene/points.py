@@ -1,4 +1,4 @@
-"""What things are drawn at or are about: the anchors, places, wheels and bodies that their definitions name."""
+"""The anchors, places, wheels and bodies that a thing's definition names."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from movimentum.things.registry import KINDS, kind_of
 def points_of(
     number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
 ) -> tuple[PointRef, ...]:
-    """What a thing is drawn at: anchors of others, and points of the canvas."""
+    """The points at which a thing is drawn: anchors of others, and points of the canvas."""
     found: list[PointRef] = []
     for item in definition.parts:
         if isinstance(item, Reference):
@@ -43,7 +43,7 @@ def points_of(
 def course_of(
     number: int, definition: Definition, placement: CopyFrame | None, table: ThingTable, findings: Findings
 ) -> tuple[tuple[PointRef, ...], Course]:
-    """What a cord runs to, and the radii that it runs about."""
+    """The stops of a cord, and their radii."""
     found: list[PointRef] = []
     radii: list[float] = []
     stops: list[Stop] = []
@@ -157,7 +157,7 @@ def wholes(number: int, definition: Definition, table: ThingTable, findings: Fin
 
 
 def _gathered(number: int, item: Reference, table: ThingTable, findings: Findings) -> list[int]:
-    """What a name in a group stands for: a thing, or all things of a copy or of an array."""
+    """The things behind a name in a group: one thing, or all things of a copy or of an array."""
     name, group = expression_text(item.thing), table.things[number]
     within = (f"{name}.", f"{name}[")
     found = [thing for thing in table.things if thing.name == name or thing.name.startswith(within)]
@@ -209,7 +209,7 @@ def followed(label: Thing, node: Expression, table: ThingTable, findings: Findin
     kind = table.things[number].kind
     message = ""
     if label.anchors or label.through:
-        message = f"`{label.name}` stands at an anchor, and along `{name}` too"
+        message = f"`{label.name}` is at an anchor, and along `{name}` too"
     elif not kind.followed:
         message = f"`{name}` is {table.things[number].called}, which is no curve"
     elif "{" in raised(label.text or "").replace("{{", ""):

@@ -1,4 +1,4 @@
-"""What stands behind a statement: `.pushes`, `.weak`, `.speed(…)`, and wishes for the least, the most, or to stay."""
+"""Suffixes of statements: `.pushes`, `.weak`, `.speed(…)`, and wishes for the least, the most, or to stay."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Manner:
 
 
 def manner_of(statement: Statement, findings: Findings) -> Manner:
-    """What the options of a statement say. Errors: ``kind/mismatch``, ``name/duplicate``."""
+    """The values of a statement's options. Errors: ``kind/mismatch``, ``name/duplicate``."""
     seen: set[str] = set()
     for option in statement.options:
         if option.name in seen:
@@ -61,7 +61,7 @@ def _toward(statement: Statement, findings: Findings) -> Toward:
         return statement.toward
     between = Span(statement.left.span.end, statement.right.span.start)
     helps = (replacement(f"wish for it: `~ {statement.toward}`", between, " ~ "),)
-    message = f"`{statement.toward}` is no value to compare with: only a wish can be for it"
+    message = f"`{statement.toward}` is not a value to compare with: only a wish can use it"
     findings.error("kind/mismatch", message, statement.right.span, helps=helps)
     return Toward.VALUE
 
@@ -178,7 +178,7 @@ def report_both_kinds(items: Sequence[Constraint | Ending], findings: Findings) 
         pushing, plain = (first, item) if first.pushes else (item, first)
         findings.error(
             "constraint/pushes-and-selects",
-            f"one step says of `{item.key}` that it pushes, and that it does not",
+            f"one step states for `{item.key}` both an inequality that pushes and one that does not",
             item.span,
             labels=(Label(pushing.span, "this pushes"), Label(plain.span, "this only selects")),
             notes=("both have one key, so a later step would replace the one by the other",),

@@ -1,4 +1,4 @@
-"""Reductions: one value of all that an expression has in the film, for goals and requirements."""
+"""Reductions: one value from all values of an expression in the film, for goals and requirements."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _reduces(expression: Expression) -> bool:
 _NOT_KEPT = {"derivative": ".d(…)", "integral": ".i(…)", "lifetime": ".iv", "progress": ".s"}
 
 
-def kept(node: Call, arguments: list[Value], between: tuple[Fraction, Fraction], findings: Findings) -> Value:
+def earlier_value(node: Call, arguments: list[Value], between: tuple[Fraction, Fraction], findings: Findings) -> Value:
     """``e.at(T)`` in a statement: the value that e has by then (`Kept`), componentwise. T is ``between`` the times of
     the first step and of the statement's.
 

@@ -1,4 +1,4 @@
-"""What the sides of a constraint have to do with each other."""
+"""The relations between the two sides of a constraint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The meaning of names: every name and member of an expression is looked up here, once."""
+"""Resolves every name and member in an expression, in one place."""
 
 from __future__ import annotations
 

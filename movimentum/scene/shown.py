@@ -1,4 +1,4 @@
-"""Numbers that pictures show: those in texts, and the arrows of vectors."""
+"""Numbers shown in pictures: those in texts, and the arrows of vectors."""
 
 from __future__ import annotations
 

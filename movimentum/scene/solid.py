@@ -1,4 +1,4 @@
-"""Which outlines a pushing inequality keeps apart: those of its one gap, wherever it stands in it."""
+"""The outlines that a pushing inequality keeps apart: those of its one gap, wherever the gap is in it."""
 
 from __future__ import annotations
 

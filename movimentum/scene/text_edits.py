@@ -1,6 +1,6 @@
-"""Edits of a script: a statement more or less, another number or sign. The rest of its layout stays as it is.
+"""Edits of a script: add or remove a statement, change a number or sign, edit one copy of an array or part only.
 
-Edits of a script that change one copy only: of an array of things, or of a part.
+The layout of the rest stays as it is.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _uses(script: SourceText) -> dict[str, list[Span]]:
 
 
 def name_meant(scene: Scene, name: str) -> str | None:
-    """What a variable's name probably means: a clock, or a constant or variable whose name is nearly the same."""
+    """The probable meaning of a variable's name: a clock, or a constant or variable whose name is nearly the same."""
     clock = clock_meant(name)
     if clock is not None:
         return f".{clock}"
@@ -203,7 +203,7 @@ def statement_of(text: str) -> Statement | None:
 
 
 def typed_item(before: Scene, after: Scene, step: int, statement: str) -> Constraint | Ending:
-    """What ``statement``, put at the end of step ``step`` of ``before``, has become in ``after``."""
+    """The counterpart in ``after`` of ``statement``, put at the end of step ``step`` of ``before``."""
     place = added(before, step, statement).span.start
     own = len(after.source.script.text)
     items = (item for each in after.steps for item in each.statements)
@@ -393,6 +393,6 @@ def in_script(scene: Scene, edit: Edit) -> Edit | None:
 
 
 def written_once(scene: Scene, span: Span) -> bool:
-    """Whether what stands there is for one copy and one turn of a loop only."""
+    """Whether the text there is for one copy and one turn of a loop only."""
     source = scene.source
     return not isinstance(source, UnfoldedText) or source.times(span) < 2

@@ -1,4 +1,4 @@
-"""Themes: what decides the looks that definitions leave open. Some are built in, others are files."""
+"""Themes: the looks that definitions leave open. Some are built in, others come from files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Definitions to things: shapes, anchors and options, and all errors in them."""
+"""Turns definitions into things: shapes, anchors and options, with all errors in them."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def _thing(number: int, definition: Definition, assets: Assets, findings: Findin
 
 
 INHERITED = frozenset({"color", "fill", "edge", "opacity", "layer", "hidden", "offstage", "still", "pins", "fixed"})
-"""What a body takes over from its first shape where it says nothing itself."""
+"""Options that a body inherits from its first shape."""
 
 
 def _body(number: int, definition: Definition, assets: Assets, findings: Findings) -> tuple[Thing, Stated]:

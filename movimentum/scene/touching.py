@@ -1,4 +1,4 @@
-"""What an equation about contact follows: its places, or the point that it puts onto a curve."""
+"""What an equation about contact follows: its places, or the point that it puts on a curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where ``start -> end`` may stand."""
+"""The places where ``start -> end`` is allowed."""
 
 from __future__ import annotations
 

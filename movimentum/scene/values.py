@@ -1,4 +1,4 @@
-"""Values of numbers, and of what says motion in short: choices, ranges, transitions, places relative to a line."""
+"""Expressions for numbers, choices, ranges, transitions, and places relative to a line."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def paired(join: Callable[[T, T], T], items: Sequence[T]) -> T:
 
 
 def why_not_finite(node: Expression) -> tuple[str, ...]:
-    """What a function needs, of which constants have no finite value."""
+    """The requirement of a function that has no finite value for these constants."""
     if not isinstance(node, Call):
         return ()
     if node.reads is not None and isinstance(table := node.reads.table, Table):

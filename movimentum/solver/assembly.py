@@ -1,4 +1,4 @@
-"""From solved states to poses of the scene's things, and to what is carried on."""
+"""Turns solved states into poses of the scene's things, and into the state carried on."""
 
 from __future__ import annotations
 

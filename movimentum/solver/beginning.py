@@ -1,4 +1,4 @@
-"""How a segment begins: its plan, and the solution with which its path sets out."""
+"""How a segment begins: its plan, and the solution from which its path starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The profiles that things cut in each other over a film: from exact poses and rates to outlines."""
+"""The profiles that things cut into each other over a film: from exact poses and rates to outlines."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What goes on for more than a round, where it is only read: places on closed outlines, and turns of cords.
+"""Values that count whole rounds where they are only read: places on closed outlines, and turns of cords.
 
-Where a segment follows such a value, that is its value. Elsewhere it is what can be seen, and whole rounds are counted
-along the nodes of the path, so that it does not depend on which frames there are.
+If a segment follows such a value, that is the value. Otherwise the visible part is computed, and whole rounds are
+counted along the nodes of the path, so that the result does not depend on the choice of frames.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The pose at one instant, before the path to it is known: by Newton's method from the pose on show.
 
-Everything that the script states for that instant holds in it, inequalities included (it is judged like the frames of a
-motion). Where there are several such poses, the path may come to another one: it has the last word.
+It satisfies everything that the script states for that instant, inequalities included (it is judged like the frames of
+a motion). If there are several such poses, the path may lead to another one; the path then decides.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""What a solved state is off by, against the constraints as the script states them, not as compiled.
+"""The errors of a solved state against the constraints as the script states them, not as compiled.
 
-Expressions evaluated as they are stated, all that have the same shape in one pass.
-
-Three hundred rods have three hundred equations that differ in nothing but numbers and unknowns. Code for each would be
-written and compiled once for every look at it; here each operation is one call of NumPy over all of them and all
-instants, and nothing is compiled.
+Expressions are evaluated as stated, all of the same shape in one pass. Three hundred rods have three hundred equations
+that differ only in numbers and unknowns. Code for each would have to be written and compiled for every check; here each
+operation is one NumPy call over all of them and all instants, and nothing is compiled.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which values there are at a time: of variables while a statement mentions them, and those kept from earlier times."""
+"""Which values exist at a time: variables while a statement mentions them, and values stored from earlier times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The product of the solver: a motion, from which the poses of any frames can be had."""
+"""The product of the solver: a motion, which gives the poses of any frames."""
 
 from __future__ import annotations
 

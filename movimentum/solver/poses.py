@@ -1,4 +1,4 @@
-"""The poses that a run of frames has: what tables, pictures and analyses read."""
+"""The poses of a run of frames, as tables, pictures and analyses read them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What was solved before, kept for a timeline that is mostly the same.
+"""Reuses solved motion for a timeline that is mostly the same.
 
 A segment's motion depends on its constraints, its time, the things and variables of the scene, and the motion before
-it: that is its key. Where the key is known, nothing is solved: the motion is taken over, and only what points into the
-text is exchanged. Nothing is a warm start, so a motion never depends on what was solved before it.
+it: that is its key. If the key is known, nothing is solved: the motion is reused, and only references into the text are
+exchanged. There are no warm starts, so a motion never depends on earlier solves.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What solving found, segment by segment: pieces of path, how each began, and what went wrong."""
+"""The result of solving, segment by segment: pieces of path, how each began, and what went wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Timeline -> PathMotion: each segment planned, begun, followed, and solved for its frames."""
+"""Timeline -> PathMotion: plans, begins and follows each segment, and solves its frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an edit touches: the parts of a scene, connected by what is stated, in which something is stated otherwise."""
+"""What an edit touches: the connected parts of a scene in which some statement changed."""
 
 from __future__ import annotations
 

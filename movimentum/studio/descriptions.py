@@ -1,7 +1,5 @@
-"""A script in a page's terms: its things and statements with their places, its claims, its diagnostics, and what
-determines where something is.
-
-What a page draws of a script: its motion as films for the page's painter.
+"""What a page is told about a script: things and statements with their places, claims, diagnostics, what determines a
+position, and the motion as films for the page's painter.
 """
 
 from __future__ import annotations
@@ -67,7 +65,7 @@ def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion
         "contacts": [] if motion is None else _contacts(motion),
         "things": [_thing(thing, scene.source) for thing in scene.things],
         "statements": [
-            {"span": place, "things": sorted(about(item)), **_held(item)}
+            {"span": place, "things": sorted(about(item)), **_pinned(item)}
             for step in scene.steps
             for item in (*step.statements, *step.claims)
             if not isinstance(item, Ending) and (place := placed(scene.source, item.span)) is not None
@@ -144,7 +142,7 @@ def _things_of(*sides: Expr) -> set[int]:
     return found
 
 
-def _held(item: Constraint | Claim) -> dict[str, list[float] | None]:
+def _pinned(item: Constraint | Claim) -> dict[str, list[float] | None]:
     """An anchor and the place that the script pins it to, or pulls it to (a wish), if those are two numbers."""
     anchor, pin, wish = getattr(item, "anchor", None), None, None
     if anchor is not None and len(item.right) == 2:
@@ -166,8 +164,8 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
     """Diagnostics as ``check --format json`` prints them, with offsets (``from``, ``to``) beside lines and columns;
     without helps for a command line.
     """
-    told = to_json(found, source)
-    for item, diagnostic in zip(told, found, strict=True):
+    data = to_json(found, source)
+    for item, diagnostic in zip(data, found, strict=True):
         span = diagnostic.span
         item["helps"] = [text for text in item["helps"] if not (isinstance(text, Advised) and text.has_settings)]
         here = span is not None and not isinstance(span, FarSpan)
@@ -176,7 +174,7 @@ def diagnostics_data(found: Sequence[Diagnostic], source: SourceText) -> list[di
         for fix, each in zip(item.get("fixes", ()), tried, strict=True):
             for place, edit in zip(fix["edits"], each.edits, strict=True):
                 place["from"], place["to"] = edit.span.start, edit.span.end
-    return told
+    return data
 
 
 def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> list[dict[str, Any]]:
@@ -187,13 +185,14 @@ def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> 
     broken = {found.claim.number: found for found in broken_claims(motion)}
     claims = {held.claim.number: held.claim for held in timeline.claims}
     signs = {Relation.BELOW: "<", Relation.ABOVE: ">"}
-    told: list[dict[str, Any]] = []
+    data: list[dict[str, Any]] = []
     for number, claim in sorted(claims.items()):
         sign = signs.get(claim.relation, "")
         sign += "" if sign and claim.strict else "="
+        left, right = claim.side_texts
         item: dict[str, Any] = {
             "span": placed(timeline.scene.source, claim.span),
-            "words": f"{claim.told[0]} {sign} {claim.told[1]}{_known(proofs, number, number not in broken)}",
+            "words": f"{left} {sign} {right}{_known(proofs, number, number not in broken)}",
             "things": sorted(about(claim)),
             "holds": number not in broken,
             "proof": (proofs or {}).get(number, ""),
@@ -203,12 +202,12 @@ def claims_data(motion: PathMotion, proofs: Mapping[int, str] | None = None) -> 
             worst = found.worst if np.isfinite(found.worst) else None
             item |= {"time": found.time, "frame": found.frame, "worst": worst, "at": found.worst_time}
             item["failing"] = [list(run) for run in found.failing]
-        told.append(item)
-    return told
+        data.append(item)
+    return data
 
 
 def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
-    """What a claim's badge says beside its words, once its proof has been looked for."""
+    """The text of a claim's badge after its words, once a proof has been searched for."""
     if proofs is None or not holds:
         return ""
     found = proofs.get(number, "")
@@ -216,7 +215,7 @@ def _known(proofs: Mapping[int, str] | None, number: int, holds: bool) -> str:
 
 
 def overlaps_data(motion: PathMotion) -> list[dict[str, Any]]:
-    """What overlaps in a motion, as `movimentum.studio.messages.OverlapsFound` has it."""
+    """The overlaps in a motion, in the form of `movimentum.studio.messages.OverlapsFound`."""
     from movimentum.analysis.gaps.overlaps import overlaps
 
     numbers = {thing.name: thing.number for thing in motion.timeline.scene.things}
@@ -231,7 +230,7 @@ def overlaps_data(motion: PathMotion) -> list[dict[str, Any]]:
 
 
 def why(inspector: Inspector, name: str) -> str:
-    """What determines where something is, a line each."""
+    """The statements that determine a position, one line each."""
     thing = inspector.thing(name)
     if thing is not None and not thing.anchors:
         return f"`{name}` has no points, so it is nowhere by itself"
@@ -266,8 +265,8 @@ def whole_film(motion: PathMotion, frames: int | None = None) -> tuple[dict[str,
 
 
 def moved_marks(film: Film, poses: Poses) -> dict[str, Any] | None:
-    """What is drawn anew in every pose, springs and texts with numbers, in ``poses`` (F = 1): a film of one frame with
-    these marks alone. None if there are none.
+    """Marks redrawn in every pose, such as springs and texts with numbers, in ``poses`` (F = 1): a film of one frame
+    with these marks alone. None if there are none.
     """
     marks = tuple(item for item in film.prepared.things if _is_live(item))
     if not marks:

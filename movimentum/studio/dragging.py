@@ -1,4 +1,4 @@
-"""Dragging in the picture: parts that are free follow the mouse, the others say why they do not."""
+"""Dragging in the picture: free parts follow the mouse, the others say why they do not."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Dragging:
-    """What is dragged in a page, and where everything has been left."""
+    """The thing being dragged in a page, and where everything has been left."""
 
     def __init__(self, worker: Worker) -> None:
         self._worker = worker
@@ -102,7 +102,7 @@ class Dragging:
         self._worker.send(Grabbed(message.grip, "free"))
 
     def _loose(self, message: PartGrabbed, thing: Thing) -> Grabbed:
-        """What no statement holds: it is where its definition says, and the page puts it elsewhere."""
+        """A thing that no statement is about: it is where its definition says, and the page moves it."""
         as_drawn = np.abs(self._before[message.thing] - np.array([0.0, 0.0, 1.0, 0.0])).max() < tolerances.DRAGGED_ALONG
         if not as_drawn:
             return Grabbed(message.grip, "fixed", f"`{thing.name}` stays where an earlier step has left it")

@@ -1,4 +1,4 @@
-"""Tools for more than points and rods: plates, gears, curves, what follows others, texts, pictures, constants."""
+"""Tools beyond points and rods: plates, gears, curves, things that follow others, texts, pictures, constants."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def picture(sketch: Sketch, names: Names, points: Spots) -> Sketch:
 
 
 def _point(sketch: Sketch, name: str, at: tuple[float, float]) -> str:
-    """What something follows: an anchor, or a place."""
+    """The point that something follows: an anchor, or a place."""
     if not name:
         return point_text(at, 0)
     sketch.anchor(name)
@@ -178,7 +178,7 @@ def constant(sketch: Sketch, names: Names, points: Spots) -> Sketch:
     """A constant with a slider: ``names[0]``, its value ``points[0][0]``, its range ``points[1]``."""
     name = names[0].strip()
     if not re.fullmatch(r"[A-Za-z]\w*", name) or sketch.new_name([name, ""]) != name:
-        raise NothingToDo(f"`{name}` is no new name")
+        raise NothingToDo(f"`{name}` is not a valid new name")
     low, high = sorted(points[1])
     value = min(max(points[0][0], low), high)
     line = f".let {name} = {number_text(value)} .range({number_text(low)}, {number_text(high)});"

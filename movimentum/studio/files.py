@@ -1,4 +1,4 @@
-"""The script's file and others beside it: read, watched, saved and opened; and the lists of the start page."""
+"""The script's file and others beside it: read, watch, save and open; also the lists on the start page."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def state_of(path: str) -> FileState:
 
 
 def stamp(path: Path) -> tuple[int, int, int] | None:
-    """What changes when a file is written; None if there is none."""
+    """A stamp that changes when the file is written; None without a file."""
     try:
         found = path.stat()
     except (OSError, ValueError):
@@ -75,7 +75,7 @@ def stamp(path: Path) -> tuple[int, int, int] | None:
 
 
 def renamed(path: Path, before: tuple[int, int, int] | None) -> str:
-    """What a file beside ``path`` is called that was ``path`` before (see `stamp`), or nothing."""
+    """The new name of the file that was ``path`` before (see `stamp`), or nothing."""
     if before is None or path.exists():
         return ""
     try:
@@ -165,7 +165,7 @@ PICTURES: dict[str, Callable[[bytes], bool]] = {
 }
 """The pictures that may be dropped on a page, by what their data begin with."""
 SCRIPTS = (".mov", ".txt")
-"""What a script may be called."""
+"""Suffixes of scripts."""
 
 
 class ScriptFile:
@@ -202,7 +202,7 @@ class ScriptFile:
         self.file, self.path = target, str(target)
         self.known = state_of(str(target))
         add_recent(target)
-        self._send(SaveDone("renamed", self._told(target), self.known.version, self.known.text))
+        self._send(SaveDone("renamed", self._shown_name(target), self.known.version, self.known.text))
 
     def save(self, wanted: SaveWanted) -> None:
         """Write the script, unless its file is another one than the page knows."""
@@ -211,7 +211,7 @@ class ScriptFile:
             there = state_of(str(target)) if target.exists() else FileState("", "")
             if not wanted.force and there.version not in ("", wanted.base) and there.text != wanted.text:
                 words = "" if target == self.file else f"There is another {target.name} already."
-                self._send(SaveDone("conflict", self._told(target), there.version, there.text, words))
+                self._send(SaveDone("conflict", self._shown_name(target), there.version, there.text, words))
                 return
             if self.file is None and Path(self.path).parent.resolve() != self.folder.resolve():
                 copy_files_of(SourceText(self.path, wanted.text), self.folder)
@@ -223,7 +223,7 @@ class ScriptFile:
         self.file, self.path = target, str(target)
         self.known = FileState(wanted.text, version_of(wanted.text))
         add_recent(target)
-        self._send(SaveDone("saved", self._told(target), self.known.version))
+        self._send(SaveDone("saved", self._shown_name(target), self.known.version))
 
     def _target(self, name: str) -> Path:
         if name == "":
@@ -233,7 +233,7 @@ class ScriptFile:
             raise OutsideFolder("a script's name ends in .mov")
         return self.file if self.file is not None and target == self.file.resolve() else target
 
-    def _told(self, target: Path) -> str:
+    def _shown_name(self, target: Path) -> str:
         try:
             return str(target.resolve().relative_to(self.folder.resolve()))
         except ValueError:
@@ -262,7 +262,7 @@ class ScriptFile:
         self.known = FileState(text, version_of(text)) if own else FileState("", "")
         if own:
             add_recent(path)
-        self._send(TextOpened(self._told(path) if own else "", text, self.known.version))
+        self._send(TextOpened(self._shown_name(path) if own else "", text, self.known.version))
 
     def add_picture(self, wanted: PictureDropped) -> None:
         """Write a picture beside the script, under a name that is free, or that the same picture has already."""

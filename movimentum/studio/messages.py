@@ -1,9 +1,8 @@
-"""What a page and the server say to each other: JSON objects, each with its ``kind``, and a class for each kind.
+"""Messages between a page and the server: JSON objects, each with its ``kind``, and a class for each kind.
 
-Those about the script that is being written are in `movimentum.studio.script_messages`, those about the files beside
-it in `movimentum.studio.script_messages`.
+Messages about the script, and about files beside it, are in `movimentum.studio.script_messages`.
 `movimentum.studio.protocol` reads and writes them, and describes them in ``messages.json``. Offsets in texts count
-characters (code points) from 0, coordinates are the world's (pixels, y up).
+characters (code points) from 0; coordinates are the world's (pixels, y up).
 """
 
 from __future__ import annotations
@@ -199,7 +198,7 @@ class RenderCancelled(FromPage, kind="cancel"):
 
 
 class Welcome(ToPage, kind="welcome"):
-    """What a page begins with: the script's file (``name`` empty: none yet)."""
+    """The start of a page: the script's file (``name`` empty: none yet)."""
 
     name: str
     text: str
@@ -212,7 +211,7 @@ class Welcome(ToPage, kind="welcome"):
 
 
 class StageDone(ToPage, kind="stage"):
-    """What is known about text ``rev`` after ``stage`` (see `movimentum.studio.worker`)."""
+    """The results for text ``rev`` after ``stage`` (see `movimentum.studio.worker`)."""
 
     rev: int
     stage: str
@@ -239,7 +238,7 @@ class PictureSame(ToPage, kind="same"):
 
 
 class MotionsFree(ToPage, kind="free"):
-    """What is free at ``time``: each motion in words, with velocities ``[thing, x, y, vx, vy]`` of anchors."""
+    """The free motions at ``time``: each motion in words, with velocities ``[thing, x, y, vx, vy]`` of anchors."""
 
     rev: int
     time: float
@@ -271,7 +270,7 @@ class PlacesMoved(ToPage, kind="moved"):
 
 
 class TextEdited(ToPage, kind="edits"):
-    """What a tool, a new name or the layout makes of the text: edits of text ``rev`` (``from``, ``to``, ``text``),
+    """The edits of the text by a tool, a new name or the layout: edits of text ``rev`` (``from``, ``to``, ``text``),
     which are one step to undo. ``select``: where to look in the new text. ``words``: why there is none.
     """
 
@@ -322,8 +321,8 @@ class ClaimsChecked(ToPage, kind="claims"):
 
 
 class OverlapsFound(ToPage, kind="overlapped"):
-    """What `movimentum check --gaps` lists for text ``rev``: each with the two ``things``, ``from`` and ``to`` (times),
-    ``depth`` (pixels) and the time at which they are ``deepest``, and ``words``.
+    """The overlaps that `movimentum check --gaps` lists for text ``rev``: each with the two ``things``, ``from`` and
+    ``to`` (times), ``depth`` (pixels) and the time at which they are ``deepest``, and ``words``.
     """
 
     rev: int

@@ -1,4 +1,4 @@
-"""One open page: what it sends goes to its worker, its dragging or its files."""
+"""One open page: routes its messages to its worker, its dragging or its files."""
 
 from __future__ import annotations
 

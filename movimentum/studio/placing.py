@@ -1,7 +1,4 @@
-"""Parts that are put elsewhere: their coordinates in the text become where a hand has left them.
-
-A script that is drawn on: what is where, and how statements and definitions are added to its text.
-"""
+"""Writes dragged positions into the text, and adds statements and definitions to a script that is drawn on."""
 
 from __future__ import annotations
 
@@ -31,7 +28,7 @@ DIGITS = 6
 """Decimals of a coordinate that no hand has chosen: a rod of 1000 pixels keeps its length to 1e-6."""
 
 SAME = 0.5 * 10.0**-DIGITS
-"""What is nearer than this is written the same."""
+"""Values nearer than this are written the same."""
 
 
 def move(sketch: Sketch, names: Names, points: Spots) -> Sketch:
@@ -65,7 +62,7 @@ def keep(sketch: Sketch, names: Names, _points: Spots) -> Sketch:
     if not edits:
         raise NothingToDo(words[0] if words else "everything is as drawn already")
     after = sketch.to(edited(sketch.text, edits))
-    return replace(after, places=None, words=words[0] if words else "The definitions say this pose now.")
+    return replace(after, places=None, words=words[0] if words else "The definitions now have this pose.")
 
 
 def chosen(sketch: Sketch, names: Names) -> list[Thing]:
@@ -333,7 +330,7 @@ class Sketch:
         return math.degrees(math.atan2(self.places[thing.number][3], self.places[thing.number][2]))
 
     def stated_under(self, key: str, relation: Relation) -> list[Constraint]:
-        """What the step itself states under a key."""
+        """The step's own statements under a key."""
         items = self.scene.steps[self.step].statements
         return [item for item in items if isinstance(item, Constraint) and (item.key, item.relation) == (key, relation)]
 

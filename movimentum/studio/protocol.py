@@ -1,5 +1,5 @@
-"""Messages as they are sent and received: JSON, checked field by field. ``python -m movimentum.studio.protocol`` writes
-their JSON schema, ``messages.json``.
+"""Reads and writes messages: JSON, checked field by field. ``python -m movimentum.studio.protocol`` writes their JSON
+schema, ``messages.json``.
 """
 
 from __future__ import annotations

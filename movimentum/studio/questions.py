@@ -1,7 +1,6 @@
-"""What a page asks: about a motion, and about names, completions and layout while somebody writes.
+"""Questions from a page: about a motion, and, while somebody types, about names, completions and layout.
 
-It has a thread of its own, so that answers come while the worker solves. Only questions about the newest text are
-answered.
+A thread of their own answers them while the worker solves. Only questions about the newest text are answered.
 """
 
 from __future__ import annotations
@@ -290,13 +289,13 @@ class Assistant:
     def _complete(self, asked: m.ProposalsAsked) -> None:
         found = completion.proposals(self._project, self._path, asked.place, self._names)[:MOST_PROPOSALS]
         span = found[0].span if found else None
-        told = [
+        data = [
             {"label": each.label, "what": each.kind, "text": each.text, "detail": each.detail, "help": each.help}
             for each in found
             if each.span == span
         ]
         place = (asked.place, asked.place) if span is None else (span.start, span.end)
-        self._send(m.ProposalsTold(asked.rev, asked.place, place, told))
+        self._send(m.ProposalsTold(asked.rev, asked.place, place, data))
 
     def _explain(self, asked: m.AboutAsked) -> None:
         found = about.about(self._project, self._path, asked.place, self._worker.facts)
@@ -313,7 +312,7 @@ class Assistant:
     def _name(self, asked: m.NamingAsked) -> None:
         use = about.renamable(self._project, self._path, asked.place)
         if use is None or use.symbol is None:
-            words = "What stands here has no name of its own: go to the name of a thing, an anchor or a value."
+            words = "There is no name here: move the cursor to the name of a thing, an anchor or a value."
             self._send(m.NamingTold(asked.rev, asked.place, "", [], words))
             return
         uses = [each.piece for each in self._project.all_uses(use.symbol) if each.path == self._path]
@@ -346,8 +345,8 @@ class Assistant:
         self._edit(asked.rev, edits, "" if edits else "The layout is as it should be.")
 
     def _edit(self, rev: int, edits: list[Edit], words: str = "") -> None:
-        told = [{"from": edit.span.start, "to": edit.span.end, "text": edit.text} for edit in edits]
-        self._send(m.TextEdited(rev, told, [], words))
+        data = [{"from": edit.span.start, "to": edit.span.end, "text": edit.text} for edit in edits]
+        self._send(m.TextEdited(rev, data, [], words))
 
 
 def _words(found: Diagnostic) -> str:

@@ -1,6 +1,6 @@
-"""Films that a page asks for: of its script, and of what was done by hand; in a thread, with progress and cancel.
+"""Films that a page requests, of its script or of a recording: in a thread, with progress and cancel.
 
-The pictures of the start page, first still and then moving, made one by one while nobody does anything else.
+The start page's pictures are made here too, first stills and then films, one by one while nothing else runs.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 FORMATS = tuple(suffix for suffix in write.FORMATS if suffix != ".jpeg")
-"""What a film or a still can be written as."""
+"""The formats of films and stills."""
 OFTEN_S = 0.1
 """How often progress is reported."""
 
@@ -56,12 +56,12 @@ class Rendering:
     def __init__(self, job: int, name: str, folder: Path, work: Work, send: Callable[[Any], None]) -> None:
         self._job, self._name, self._folder, self._make, self._send = job, name, folder, work, send
         self._given_up = Event()
-        self._told = 0.0
+        self._last_sent = 0.0
         self._thread = Thread(target=self._work, name="studio-render", daemon=True)
         self._thread.start()
 
     def cancel(self) -> None:
-        """It is not wanted any more."""
+        """Cancels the rendering."""
         self._given_up.set()
 
     def join(self, seconds: float) -> None:
@@ -91,8 +91,8 @@ class Rendering:
         if self._given_up.is_set():
             raise Cancelled
         now = time.monotonic()
-        if now - self._told >= OFTEN_S:
-            self._told = now
+        if now - self._last_sent >= OFTEN_S:
+            self._last_sent = now
             self._say("running", done, total)
 
     def _say(self, state: str, done: int, total: int, words: str = "") -> None:
@@ -136,7 +136,7 @@ LONGEST_PAUSE_MS = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What was shown from ``at`` milliseconds on (F = 1)."""
+    """The poses shown from ``at`` milliseconds on (F = 1)."""
 
     at: float
     job: TextWork
@@ -171,7 +171,7 @@ class Recorder:
         self._shots.append(Shot(message.at, job, poses))
 
     def end(self) -> tuple[Shot, ...]:
-        """What was recorded."""
+        """The recording."""
         self._on = False
         shots, self._shots = tuple(self._shots), []
         return shots

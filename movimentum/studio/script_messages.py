@@ -1,4 +1,4 @@
-"""What a page and the server say to each other about the script that is being written, and files beside it."""
+"""Messages between a page and the server about the script, and the files beside it."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from movimentum.studio.sides import FromPage, ToPage
 
 
 class ProposalsAsked(FromPage, kind="complete"):
-    """What may be written at ``place``?"""
+    """Asks what may be written at ``place``."""
 
     rev: int
     place: int
 
 
 class AboutAsked(FromPage, kind="about"):
-    """What is it that stands at ``place``?"""
+    """Asks what is at ``place``."""
 
     rev: int
     place: int
 
 
 class MeaningAsked(FromPage, kind="meaning"):
-    """What do messages with this ``code`` mean?"""
+    """Asks what messages with this ``code`` mean."""
 
     rev: int
     code: str
@@ -50,7 +50,7 @@ class FormatAsked(FromPage, kind="format"):
 
 
 class ProposalsTold(ToPage, kind="proposals"):
-    """What may be written at ``place`` for the text in ``span``, the best first: each with ``label``, ``what`` (its
+    """Proposals for the text in ``span`` at ``place``, the best first: each with ``label``, ``what`` (its
     kind, see `movimentum.editing.completion`), ``text``, ``detail`` and ``help``.
     """
 
@@ -61,7 +61,7 @@ class ProposalsTold(ToPage, kind="proposals"):
 
 
 class MeaningTold(ToPage, kind="meant"):
-    """What messages with ``code`` mean and what to do, with examples (see `movimentum.messages`)."""
+    """The meaning of messages with ``code``, and what to do, with examples (see `movimentum.messages`)."""
 
     rev: int
     code: str
@@ -69,7 +69,7 @@ class MeaningTold(ToPage, kind="meant"):
 
 
 class AboutTold(ToPage, kind="explained"):
-    """What stands in ``span``: how it is ``written`` (empty: nothing is known), and ``paragraphs`` about it, with
+    """Information about ``span``: how it is ``written`` (empty: nothing is known), and ``paragraphs`` about it, with
     ``**bold**`` words, code in backquotes, and lists whose lines begin with ``- ``.
     """
 

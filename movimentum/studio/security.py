@@ -1,8 +1,8 @@
-"""Who may speak to the server, and which files a message may name.
+"""Decides who may talk to the server, and which files a message may name.
 
-The server listens on the loopback interface only. A page of another site that the user happens to visit could reach it
-there; so every request needs the token, which is in the URL that the command prints, the ``Host`` that the server has
-(a foreign name that resolves to 127.0.0.1 is refused), and no foreign ``Origin``.
+The server listens on the loopback interface only. A page of another site that the user visits could still reach it
+there. So every request needs the token, which is in the URL that the command prints, the server's own ``Host`` (a
+foreign name that resolves to 127.0.0.1 is refused), and no foreign ``Origin``.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from movimentum.records import dataclass, field
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")
 _REFUSED = r"\x00-\x1f\x7f\\" + (r":*?\"<>|" if os.name == "nt" else "")
-"""What no name of a file has: on Windows more than elsewhere. A backslash leads out of the folder there."""
+"""Characters that no file name may have. Windows forbids more; a backslash would leave the folder there."""
 _NAME = re.compile(rf"[^{_REFUSED}]{{1,255}}")
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """What a request must have: the token, and the server's own ``port`` in Host and Origin."""
+    """The requirements on a request: the token, and the server's own ``port`` in Host and Origin."""
 
     port: int
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     @property
     def url(self) -> str:
-        """What the user opens."""
+        """The URL for the user."""
         return f"http://{LOOPBACK}:{self.port}/?token={self.token}"
 
     def refused(self, headers: Mapping[str, str], *, socket: bool = False) -> str:

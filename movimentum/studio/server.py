@@ -1,4 +1,4 @@
-"""The server: one page of files, and a socket for each page that is open."""
+"""The server: serves the page's files, and a socket for each open page."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ FILES = {
     "studio.css": ("movimentum.studio", "web/studio.css", "text/css"),
     "painter.js": ("movimentum.vector", "painter.js", "text/javascript"),
 }
-"""What the page needs: its address, where it is in the package, and what it is."""
+"""The page's files: URL, place in the package, and media type."""
 LASTING = {"Cache-Control": "private, max-age=31536000, immutable"}
-"""Of a file whose address has its hash."""
+"""For a file whose URL contains its hash."""
 CLOSED_BAD, CLOSED_REFUSED = 1003, 1008
 
 

@@ -1,4 +1,4 @@
-"""The two sides of the studio's protocol, and what every message is."""
+"""The two sides of the studio's protocol, and the base of all messages."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Message:
 
 
 class FromPage(Message):
-    """What a page says to the server."""
+    """A message from a page to the server."""
 
 
 class ToPage(Message):
-    """What the server says to a page."""
+    """A message from the server to a page."""

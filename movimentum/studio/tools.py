@@ -1,7 +1,7 @@
-"""Drawing tools: what a hand draws becomes the text that a person would have written.
+"""Drawing tools: turn what a hand draws into the text that a person would have written.
 
-Every gesture is one edit of the text that leaves the rest of its layout alone. Points that are clicked are whole world
-pixels; places of what is there already are taken as they are.
+Every gesture is one edit of the text that leaves the rest of its layout alone. Clicked points are rounded to whole
+world pixels; positions of existing things are taken as they are.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from movimentum.workflow.inspector import Inspector
 from movimentum.workflow.stages import understand
 
 BLANK = ".config(24, 640, 480) .theme('textbook');\n\n@0\n"
-"""What a script begins with that is drawn from nothing. It names the theme: points by themselves would have none."""
+"""The beginning of a script drawn on a blank sheet. It names the theme, as points alone would have none."""
 POINT = "P"
 RADIUS = 4
 _RELATIVE = re.compile(r"(\w+)\s*=\s*(\w+)\s*[+-]\s*\[")

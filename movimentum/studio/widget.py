@@ -1,4 +1,4 @@
-"""The studio as a widget of a notebook: its page talks with Python through the notebook's own channel, not a port."""
+"""The studio as a notebook widget: its page talks to Python through the notebook's own channel, not a port."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from movimentum.workflow.choices import Choices
 
 
 class _View:
-    """The page of one place where the widget is shown. ``told`` is the text that Python has given it last."""
+    """The page of one place where the widget is shown. ``sent_text`` is the text that Python sent last."""
 
     def __init__(self, page: Page) -> None:
-        self.page, self.told = page, page.text
+        self.page, self.sent_text = page, page.text
         self._loop = asyncio.new_event_loop()
         self._watching: asyncio.Task[None] | None = None
         self._thread = Thread(target=self._watch, name="studio-files", daemon=True)
@@ -40,7 +40,7 @@ class _View:
         self._loop.close()
 
     def show(self, text: str) -> None:
-        self.told = text
+        self.sent_text = text
         self.page.show(text)
 
     def close(self) -> None:
@@ -74,7 +74,7 @@ class StudioWidget(anywidget.AnyWidget):
         self._folder = Path.cwd() if self._path is None else Path(path).resolve().parent
         self._views: dict[str, _View] = {}
         self._sending = Lock()
-        self.on_msg(self._heard)
+        self.on_msg(self._receive)
         self.observe(self._shown, "text")
 
     @property
@@ -88,12 +88,12 @@ class StudioWidget(anywidget.AnyWidget):
             self._views.popitem()[1].close()
         super().close()
 
-    def _heard(self, _widget: object, message: Any, _buffers: object) -> None:
-        """What a page says, in the kernel's thread."""
+    def _receive(self, _widget: object, message: Any, _buffers: object) -> None:
+        """Handles a page's message, in the kernel's thread."""
         if not isinstance(message, dict):
             return
-        told = cast("dict[str, Any]", message)
-        name, kind = str(told.get("view")), told.get("movimentum")
+        fields = cast("dict[str, Any]", message)
+        name, kind = str(fields.get("view")), fields.get("movimentum")
         view = self._views.get(name)
         if kind == "page":
             self.send({"view": name, "page": page_text()})
@@ -106,13 +106,13 @@ class StudioWidget(anywidget.AnyWidget):
                 )
         elif kind == "message" and view is not None:
             try:
-                said = received(str(told.get("data")))
+                said = received(str(fields.get("data")))
                 view.page.take(said)
             except BadMessage:
                 self._views.pop(name).close()
                 return
-            if isinstance(said, m.TextTyped) and said.text != view.told:
-                view.told = said.text
+            if isinstance(said, m.TextTyped) and said.text != view.sent_text:
+                view.sent_text = said.text
                 self.text = said.text
 
     def _say(self, name: str, message: Any) -> None:
@@ -123,7 +123,7 @@ class StudioWidget(anywidget.AnyWidget):
     def _shown(self, _change: object) -> None:
         """Have the pages take the text, but for the one that it comes from."""
         for view in tuple(self._views.values()):
-            if view.told != self.text:
+            if view.sent_text != self.text:
                 view.show(self.text)
 
     def _repr_mimebundle_(self, **given: Any) -> Any:
@@ -138,7 +138,7 @@ class StudioWidget(anywidget.AnyWidget):
 
 
 class LiveScript(Protocol):
-    """What the studio asks of a script."""
+    """A script, as the studio needs it."""
 
     @property
     def source(self) -> SourceText:

@@ -1,7 +1,7 @@
-"""What the server does for one page: a thread that reads, solves and examines one text after the other.
+"""The server's work for one page: a thread that reads, solves and examines one text after the other.
 
-The page owns the text. Each text it sends is answered stage by stage, the newest first: work on an older one is given
-up. What a hand does at the picture is answered in between, as soon as the motion is known.
+The page owns the text. Each text it sends is answered stage by stage, the newest first: work on an older one is
+cancelled. Drags are answered in between, as soon as the motion is known.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class TextWork:
 
     @property
     def patient(self) -> bool:
-        """Whether what comes next can wait for a hand."""
+        """Whether the next stage can wait for a drag."""
         return bool(self.todo) and self.todo[0] in PATIENT
 
     @property
@@ -98,7 +98,7 @@ class Worker:
         self.shown: TextWork | None = None
         """The last text whose motion is known."""
         self.facts: Callable[[str], Facts] = lambda _name: NO_FACTS
-        """What is known of a name of it."""
+        """The facts about a name in the text."""
         self._overlaps = False  # whether the page shows them
         self._items: Items | None = None
         self._own_items: Items | None = None  # those of the script itself, without what it includes
@@ -224,8 +224,8 @@ class Worker:
     def _say(self, job: TextWork, stage: str, found: tuple[Diagnostic, ...], *, final: bool = False) -> None:
         from movimentum.studio.descriptions import diagnostics_data
 
-        told = diagnostics_data(found, job.revision.source)
-        self.send(StageDone(job.rev, stage, told, final, job.revision.moves))
+        data = diagnostics_data(found, job.revision.source)
+        self.send(StageDone(job.rev, stage, data, final, job.revision.moves))
 
     def _read(self, job: TextWork) -> None:
         revision = job.revision

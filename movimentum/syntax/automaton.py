@@ -1,4 +1,4 @@
-"""Running the LALR tables over a text: a contextual lexer, a stack, and no recursion."""
+"""Runs the LALR tables over a text: a contextual lexer, a stack, and no recursion."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class _Lexer:
     beginning: dict[str, tuple[tuple[str, str], ...]] = field(default_factory=dict[str, tuple[tuple[str, str], ...]])
 
     def token(self, text: str, place: int) -> Token | None:
-        """What stands at offset ``place``."""
+        """The token at offset ``place``."""
         first = text[place]
         literals = self.beginning.get(first)
         if literals is None:
@@ -75,7 +75,7 @@ class _Lexer:
 
 
 def run(text: str, start: int, builder: object, deepest: int = 10**9) -> Any:
-    """What ``builder`` makes of ``text`` from offset ``start`` on.
+    """The result of ``builder`` for ``text`` from offset ``start`` on.
 
     The builder has a method for each rule, which gets the list of its parts (tokens, and what other methods returned).
     Raises Unexpected, TooDeep if the stack would have more than ``deepest`` entries, and whatever the builder raises.

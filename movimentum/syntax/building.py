@@ -1,4 +1,4 @@
-"""From the grammar's rules to tree nodes: one method for each rule, called while the parser reduces.
+"""Builds tree nodes from the grammar's rules: one method for each rule, called while the parser reduces.
 
 Nothing here recurses or keeps state. An error in a node is raised as `Refusal`.
 """
@@ -200,7 +200,7 @@ class Builder(ValueBuilder):
     shape_term = whole
 
     def stop(self, pieces: Sequence[Piece]) -> Points:
-        """What a cord runs to, or a wheel; the scene knows which."""
+        """A stop of a cord: a point or a wheel; the scene knows which."""
         minus = str(pieces[0]) == "-"
         return Points(pieces[1:] if minus else pieces, whole=True, minus=pieces[0].span if minus else None)
 
@@ -222,7 +222,7 @@ class Builder(ValueBuilder):
         return Option("while", conditions, span=span_of(pieces), name_span=pieces[0].span)
 
     def shape(self, pieces: Sequence[Piece]) -> ShapeWord:
-        """What a thing is."""
+        """The kind of a thing."""
         word = pieces[0]
         if word.type == "STRING":
             return ShapeWord("sprite", (text_of(word),), span=word.span)

@@ -1,4 +1,4 @@
-"""What was probably meant where a constant, a part, a copy, a loop, a claim or a goal is misspelt."""
+"""Guesses the intended form of a misspelt constant, part, copy, loop, claim or goal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from movimentum.syntax.suggest import dotted, nearest
 from movimentum.things.registry import SHAPES
 
 WORDS = ("config", "let", "part", "for", "include", "claim", "goal", "require", "loop")
-"""What may begin an item, besides names."""
+"""Tokens that may begin an item, besides names."""
 
 _OTHERS = {
     "const": "let", "constant": "let", "define": "let", "set": "let", "var": "let", "def": "part", "module": "part",
@@ -117,7 +117,7 @@ def claim_meant(text: str, before: int, place: int, found: str) -> str | Fix | N
         begin = before - len(line) + statement.start()
         return replacement(f"only a goal is `{found}`", Span(begin, begin + len(word) + 1), ".goal")
     if found == ".within" and line.rstrip().endswith(_EXTREMES):
-        return "a goal comes as near as can be; what must hold whatever it costs stands in `.require …;`"
+        return "a goal is met as closely as possible; if it must hold at any cost, write `.require …;`"
     last = re.search(r"\.[a-z]+\Z", statement[2])
     if found == ";" and word == "goal" and last is not None and (guess := nearest(last[0], _EXTREMES)):
         return replacement(f"did you mean `{guess}`?", Span(before - len(last[0]), before), guess)

@@ -1,4 +1,4 @@
-"""From the grammar's rules of expressions to tree nodes; see `movimentum.syntax.building`."""
+"""Builds tree nodes from the grammar's rules for expressions; see `movimentum.syntax.building`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The tree of a text as it is written: each rule of the grammar with all of its tokens, for what keeps the spelling.
+"""The concrete syntax tree of a text: each rule of the grammar with all of its tokens, for tools that preserve
+spelling.
 
-What a script means is in `movimentum.syntax.tree`; here are the places of every comma.
+`movimentum.syntax.tree` has the meaning of a script; here are the places of every comma.
 """
 
 from __future__ import annotations

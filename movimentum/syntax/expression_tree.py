@@ -1,4 +1,4 @@
-"""The nodes of expressions in the syntax tree, and ways to walk and to change them; see `syntax.tree`."""
+"""Expression nodes of the syntax tree, and ways to walk and change them; see `syntax.tree`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOWHERE = Span(0, 0)
 
 
 class Operator(StrEnum):
-    """What joins two terms of a `Sum` or two factors of a `Product`."""
+    """The operator between two terms of a `Sum` or two factors of a `Product`."""
 
     PLUS = "+"
     MINUS = "-"

@@ -1,7 +1,7 @@
 """The grammar file, and the LALR tables that Lark makes from it.
 
-Importing Lark and making the tables takes about 70 ms, a large part of the whole time for a small script. So the tables
-are kept in ``tables.json`` beside this module, with the digest of their grammar. If the grammar has been edited since
+Importing Lark and making the tables takes about 70 ms, much of the total time for a small script. So the tables are
+stored in ``tables.json`` beside this module, with the digest of their grammar. If the grammar has been edited since
 then, they are made again in memory. This command saves them::
 
     python -m movimentum.syntax.grammar

@@ -67,7 +67,7 @@ _QUOTED = re.compile(r"([\"\u201c\u201d\u2018\u2019])[^\"'\u201c\u201d\u2018\u20
 _PIECE = re.compile(r"\s+|//[^\r\n]*|/\*.*?\*/|'(?:[^'\r\n]|'')*'|[A-Za-z0-9_.]+|.", re.DOTALL)
 _DOTTED = re.compile(r"\.[A-Za-z][A-Za-z0-9_]*")
 _ANOTHER = re.compile(r"[A-Za-z][A-Za-z0-9_.]*\s*(?:[=<>~:]|\.r|[-+*/(\[])[^;@]*;")
-"""What looks like the next statement or definition, on the same line."""
+"""The apparent start of the next statement or definition, on the same line."""
 _LET = re.compile(r"\.let\s+[A-Za-z][A-Za-z0-9_]*\s*\Z")
 _SHAPELESS = re.compile(r":\s*([A-Za-z][A-Za-z0-9_]*)\Z")
 _FOUND = re.compile(r"\.?[A-Za-z0-9_]+|'(?:[^'\r\n]|'')*'|<=|>=|->|.", re.DOTALL)
@@ -140,7 +140,7 @@ def _definition_after(
 
 
 def expected_words(accepted: frozenset[str]) -> str:
-    """What was expected there, in words, the likeliest first."""
+    """The expected tokens in words, the likeliest first."""
     names = set(accepted) - {"$END"} - ({"TABLE"} if "FUNCTION" in accepted else set[str]())
     words: list[str] = []
     if "CONFIG" in names or ("AT" in names and "NAME" in names):
@@ -324,7 +324,7 @@ def _transition_helps(text: str, place: int) -> tuple[str | Fix, ...]:
 
 
 def _helps(text: str, before: int, place: int, found: str, accepted: frozenset[str]) -> tuple[str | Fix, ...]:
-    """What was probably meant."""
+    """The probable intention."""
     previous_match = re.search(r"\.?[A-Za-z0-9_.]+$|<=|>=|.$", text[max(0, before - 60) : before])
     previous = previous_match[0] if previous_match else ""
     begin, here = before - len(previous), Span(place, place + len(found))

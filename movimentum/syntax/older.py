@@ -1,7 +1,6 @@
-"""Spellings from the 2012 notes, from other languages and from mathematics, and how to write each of them here.
+"""Spellings from the 2012 notes, other languages and mathematics, with how to write each of them here.
 
-What people write first, before they have read how it is written: options without a dot, `if`, functions, other words
-for things.
+Also common first attempts: options without a dot, `if`, functions, other words for things.
 """
 
 from __future__ import annotations
@@ -232,9 +231,9 @@ _SPELLED = {
     "gear": ".gear(20, 5) C = [0,0]", "arc": ".arc A.P B.O C.Q", "dimension": ".dimension A.P B.Q",
     "slide": ".slide A.P B.Q", "vector": ".vector A.P .velocity(0.2)",
 }  # fmt: skip
-_CONDITION = "what depends on a condition is a value in braces: `{ .t < 3 : 4; 5 }` is 4 while .t < 3, else 5"
+_CONDITION = "a value that depends on a condition is written in braces: `{ .t < 3 : 4; 5 }` is 4 while .t < 3, else 5"
 _FUNCTION = (
-    "there are no functions of one's own: state `f = …;` with what it depends on in it, or `.let` for a constant;"
+    "you cannot define functions: state `f = …;` with its inputs written out, or `.let` for a constant;"
     " a mechanism that is used again is a `.part`"
 )
 _OPTIONS = {rule.name for kind in KINDS.values() for rule in kind.options}
@@ -282,5 +281,5 @@ def first_word(text: str, before: int, place: int, found: str, accepted: frozens
         if rest is not None:
             return replacement(f"write `.{word[1]}({rest[0]})`", Span(place, rest.end()), f"({rest[0]})")
     if "STRING" in accepted and re.search(r"\.label\s*\(\s*\Z", statement):
-        return "the text is in quotes, and what it stands at behind it: `.label('A') Rod.P`"
+        return "put the text in quotes, and its anchor after it: `.label('A') Rod.P`"
     return None

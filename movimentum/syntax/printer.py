@@ -1,4 +1,4 @@
-"""Expressions and literals as scripts spell them: the text parses to an equal tree, and equal trees give equal text."""
+"""Prints expressions and literals as scripts spell them: the text parses to an equal tree, equal trees print alike."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _table_text(reads: TableUse, argument: str) -> str:
 
 
 def table_options(over: str, smooth: bool, ends: str) -> str:
-    """What stands behind ``.table(…)``; ``over`` is the literal of a column's name."""
+    """The suffixes of ``.table(…)``; ``over`` is the literal of a column's name."""
     return (f".over({over})" if over else "") + ".smooth" * smooth + (f".{ends}" if ends else "")
 
 

@@ -1,4 +1,4 @@
-"""Nearest names, for "did you mean"."""
+"""Finds the nearest names, for "did you mean"."""
 
 from __future__ import annotations
 

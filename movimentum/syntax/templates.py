@@ -1,7 +1,7 @@
-"""Texts with numbers in them: ``'θ = {Crank.angle:.0f}°'``. Two braces in a row stand for one.
-``F_{12}`` and ``x^{2}`` have lower and raised letters, between marks of their own (see `movimentum.text`).
+"""Texts with numbers in them: ``'θ = {Crank.angle:.0f}°'``. A doubled brace stands for one. ``F_{12}`` and ``x^{2}``
+have subscripts and superscripts, between marks of their own (see `movimentum.text`).
 
-A field is an expression of the language and, behind a colon, a format of Python's.
+A field is an expression of the language and, after a colon, a Python format.
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ def _expression(words: str, span: Span, field: Span) -> Expression:
     try:
         (item,) = parse(SourceText("<text>", script)).items
     except ScriptError as error:
-        told = [replace(each, span=_within(each.span, span)) for each in error.diagnostics[:1]]
-        raise ScriptError(told) from error
+        shifted = [replace(each, span=_within(each.span, span)) for each in error.diagnostics[:1]]
+        raise ScriptError(shifted) from error
     assert isinstance(item, ClaimStatement)
     return item.left
 

@@ -87,7 +87,7 @@ class Suffix(Node):
 
 @dataclass(frozen=True, slots=True)
 class ShapeWord(Node):
-    """What a thing is: ``word`` is "sprite" (its argument: the file) or the word of a kind of thing."""
+    """The kind of a thing: ``word`` is "sprite" (its argument: the file) or the word of a kind of thing."""
 
     word: str
     arguments: tuple[Expression | Text, ...] = ()
@@ -221,7 +221,7 @@ class Statement(Node):
 
 
 class Purpose(StrEnum):
-    """What a `ClaimStatement` is for: its word, without the dot."""
+    """The purpose of a `ClaimStatement`: its word, without the dot."""
 
     CLAIM = "claim"
     GOAL = "goal"

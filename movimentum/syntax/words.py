@@ -1,4 +1,4 @@
-"""The language's own words: functions with their number of arguments, and what may follow a vector."""
+"""The language's own words: functions with their number of arguments, and the suffixes of vectors."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ CLOCKS = ("t", "s", "iv", "T", "pi")
 """Values without arguments."""
 
 VECTOR_MEMBERS = {"x": "x", "y": "y", "z": "z", "l": "l", "length": "l"}
-"""What may follow any vector -> canonical name."""
+"""Members of any vector -> canonical name."""
 
 THING_MEMBERS = {
     "a": "angle",
@@ -85,7 +85,7 @@ THING_MEMBERS = {
     "layer": "layer",
     "scale": "scale",
 }
-"""What may follow a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
+"""Members of a thing besides its anchors (an anchor of that name takes precedence) -> canonical name."""
 
 ENDING_WORDS = {"crossed": "belt", "grips": "cord"}
 """The words that may stand behind a call, or at the end of its statement -> its function."""

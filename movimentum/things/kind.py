@@ -1,4 +1,4 @@
-"""The record of a kind of thing, and the look that a thing has in the end."""
+"""The record for a kind of thing, and the final look of a thing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Color: TypeAlias = tuple[int, int, int]
 
 
 class Valued(IntEnum):
-    """What the arguments of a word are if they are expressions, which have a value in every frame."""
+    """The roles of a word's arguments if they are expressions, which have a value in every frame."""
 
     NOTHING = 0
     NUMBERS = 1

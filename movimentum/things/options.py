@@ -1,7 +1,7 @@
-"""The options of things, and the arguments of their words: their names, and what may be written there.
+"""The options of things: their names, and the arguments that they take.
 
-An option that several kinds have is a constant here; one that a single kind has is in the module of that kind. How
-each form is read is in `movimentum.scene.options`.
+An option of several kinds is a constant here; one of a single kind is in the module of that kind.
+`movimentum.scene.options` reads each form.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from movimentum.records import dataclass
 
 
 class OptionForm(Enum):
-    """What an option's value is."""
+    """The form of an option's value."""
 
     FLAG = auto()
     COLOR = auto()
@@ -67,7 +67,7 @@ class OptionRule:
 
     @property
     def key(self) -> str:
-        """What its value is called."""
+        """The name of its value."""
         return self.field or self.name
 
 
@@ -81,7 +81,7 @@ WIDTH = OptionRule("width", OptionForm.POSITIVE, "the width")
 LAYER = OptionRule("layer", OptionForm.NUMBER, "a layer")
 HIDDEN = flag("hidden")
 OFFSTAGE = flag("offstage")
-"""It is meant to leave the canvas."""
+"""The thing may leave the canvas."""
 OPACITY = OptionRule("opacity", OptionForm.OPACITY, "the opacity")
 FILL = OptionRule("fill", OptionForm.COLOR)
 EDGE = OptionRule("edge", OptionForm.COLOR)

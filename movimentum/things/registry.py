@@ -1,4 +1,4 @@
-"""All kinds of things: every module of `movimentum.things.kinds` is one, or several that are nearly the same."""
+"""All kinds of things: each module of `movimentum.things.kinds` has one, or several that are nearly the same."""
 
 from __future__ import annotations
 

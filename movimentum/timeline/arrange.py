@@ -1,4 +1,4 @@
-"""Scene to Timeline: when each constraint holds and for how long, and the times of the frames."""
+"""Scene to Timeline: when and for how long each constraint holds, and the times of the frames."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAX_FRAMES = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class _StepState:
-    """What holds from a step onwards."""
+    """The statements that hold from a step onwards."""
 
     step: int
     time: Fraction
@@ -85,11 +85,11 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         rate,
         lifetimes,
         *(_held(scene, segments, trains, aims=aims) for aims in (False, True)),
-        kept=_kept(segments),
+        kept=_earlier_values(segments),
     )
 
 
-def _kept(segments: Sequence[Segment]) -> tuple[Kept, ...]:
+def _earlier_values(segments: Sequence[Segment]) -> tuple[Kept, ...]:
     """The values that statements keep; one that another one needs is before it."""
     sides = (side for segment in segments for item in segment.active for side in (*item.left, *item.right))
     return tuple(sorted(kept_in(*dict.fromkeys(sides)), key=lambda kept: kept.time))

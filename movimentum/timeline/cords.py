@@ -1,11 +1,11 @@
-"""Cords: `Cord` leaves as lengths of straight parts and of arcs about wheels.
+"""Cords: turns `Cord` leaves into lengths of straight parts and of arcs about wheels.
 
-A wheel of radius r has side s: 1 if it is on the right of who walks along the cord, -1 if on the left, and r = 0 for a
-point. Between two stops a distance D apart, with k = s1 r1 - s2 r2, a straight part is q = √(|D|² - k²) long and runs
-along D q + k (D turned by -90°), the common tangent on those sides. About a wheel the cord turns by the angle from the
-direction in which it leaves to that in which it comes, counted on its side: an arc of r times that angle, which begins
-in [0°, 360°) and is followed from there. At an end, a wheel is a drum: what its turn winds on, from how it is drawn,
-belongs to the length. A cord that ends on the wheel that it begins with runs round and round.
+A wheel of radius r has side s: 1 if it is on the right of somebody walking along the cord, -1 if on the left, and r = 0
+for a point. Between two stops a distance D apart, with k = s1 r1 - s2 r2, a straight part is q = √(|D|² - k²) long and
+runs along D q + k (D turned by -90°), the common tangent on those sides. About a wheel the cord turns by the angle
+between its incoming and outgoing directions, counted on its side: an arc of r times that angle, which begins in [0°,
+360°) and is followed from there. At an end, a wheel is a drum: the length includes what its turn has wound on since the
+drawing. A cord that ends on the wheel that it begins with runs round and round.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class CordParts:
         return sub(symbol(Bearing((self._cord, stop), drawn, along[1], along[0])), const(drawn))
 
     def drawn(self, value: Expr) -> float:
-        """What an expression is with everything as it is drawn; 0 where it has no value."""
+        """The value of an expression with everything as drawn; 0 if it has none."""
 
         def place(node: Expr) -> Expr | None:
             if isinstance(node.payload, ThingAngle):

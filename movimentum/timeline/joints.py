@@ -1,4 +1,4 @@
-"""Which anchors are at one place as long as a moment's constraints hold, and in which direction one is from another."""
+"""Anchors that coincide while a moment's constraints hold, and the direction from one anchor to another."""
 
 from __future__ import annotations
 

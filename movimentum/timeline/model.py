@@ -1,4 +1,4 @@
-"""The product of the timeline stage: which constraints hold when, and when the frames are."""
+"""The product of the timeline stage: which constraints hold when, and the times of the frames."""
 
 from __future__ import annotations
 

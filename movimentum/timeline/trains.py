@@ -1,4 +1,4 @@
-"""Gears and belts: `GearPair` leaves as equations between angles.
+"""Gears and belts: turns `GearPair` leaves into equations between angles.
 
 With the direction f from one centre to the other, the turns t of two gears, N teeth of which one is centred at the
 local direction a, and k any whole number, teeth are in gaps where
@@ -8,8 +8,8 @@ local direction a, and k any whole number, teeth are in gaps where
     360 s / (pi m) - N2 (t1 + a1 - 90 - t2 - a2) - 180 = 360 k   a rack, with the gear's centre s along it
 
 (a rack's t1 + a1 is the direction in which it runs, and its teeth are on the left). The number k is chosen once for
-each statement, so that what is drawn has to be turned least; where gears form a closed train, so that all of it fits
-together. A belt keeps r1 (t1 - f) = r2 (t2 - f) as it is drawn, a crossed one with a minus sign.
+each statement, so that the drawing has to be turned least; in a closed gear train, so that all of it fits together. A
+belt keeps r1 (t1 - f) = r2 (t2 - f) as drawn, a crossed one with a minus sign.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The trade between time and accuracy as a table, as JSON, and as a plot; and the conclusions from it."""
+"""The trade between time and accuracy as a table, as JSON, and as a plot; with the conclusions."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What each tier of accuracy costs and gains, measured on one timeline.
+"""What each accuracy tier costs and gains, measured on one timeline.
 
-What drawing costs and gains: time per frame against the error, compared with a heavily supersampled picture.
+Drawing is measured too: time per frame against the error, compared with a heavily supersampled picture.
 """
 
 from __future__ import annotations

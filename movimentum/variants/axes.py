@@ -1,7 +1,7 @@
-"""Which variants there are: ranges, lists and files of values for constants, and Sobol samples of intervals.
+"""The set of variants: ranges, lists and files of values for constants, and Sobol samples of intervals.
 
-An `Axis` is a table of values for some constants that change together; the variants are all combinations of the axes'
-rows, the last axis fastest. Nothing is multiplied out: variant number i is found from i, so memory does not grow.
+An `Axis` is a table of values for constants that change together; the variants are all combinations of the axes' rows,
+the last axis fastest. The combinations are never stored: variant number i is computed from i, so memory does not grow.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The variants of one script, solved together as far as they are alike, and the others one by one."""
+"""The variants of one script: solved together where they are alike, the others one by one."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ class Family:
         return tuple(found)
 
     def _batch(self, key: tuple[float, ...]) -> Batch | None:
-        """What solves variants of one structure together; None where that is not possible, or does not pay."""
+        """The batch solver for variants of one structure; None if that is impossible, or not worth it."""
         if key in self._batches:
             return self._batches[key]
         assert self._structural is not None

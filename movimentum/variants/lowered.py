@@ -1,4 +1,4 @@
-"""What measures mean for a script: expressions of its scene, lowered once for all variants of one structure."""
+"""Measures as expressions of a script's scene, lowered once for all variants of one structure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,16 @@ from movimentum.syntax.expression_tree import Constant, Expression, Name, childr
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import HeldClaim, Timeline
 from movimentum.tolerances import CLAIM_WITHIN
-from movimentum.variants.measures import PLACE, MeasureSet, ReducedPart, Reduction, example, reduced, retold, wrong
+from movimentum.variants.measures import (
+    PLACE,
+    MeasureSet,
+    ReducedPart,
+    Reduction,
+    as_usage_error,
+    example,
+    reduced,
+    wrong,
+)
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, generic, numbered, places_from, traced
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.read import ScriptFiles
@@ -153,14 +162,14 @@ class _Lowering:
         found = self._understood(part.text, part.text)
         return self.unfolding.unfolded(found)
 
-    def outer(self, text: str, told: str) -> Expr:
-        root = self.unfolding.unfolded(self._understood(text, told))
+    def outer(self, text: str, shown: str) -> Expr:
+        root = self.unfolding.unfolded(self._understood(text, shown))
         if root.op == "clock" or any(not isinstance(p, Varied | Reduced) for p in symbols(root)) or _has_clock(root):
             plain = text if PLACE not in text else "…"
-            raise wrong(told, "it is not one number, but changes with time", f"reduce it: `.max({plain})`")
+            raise wrong(shown, "it is not one number, but changes with time", f"reduce it: `.max({plain})`")
         return root
 
-    def _understood(self, text: str, told: str) -> Expr:
+    def _understood(self, text: str, shown: str) -> Expr:
         """A scalar expression, as in a claim of the first step."""
         try:
             statement = parsed_statement(f"{text} = 0;", text)
@@ -171,11 +180,11 @@ class _Lowering:
         except UsageError:
             raise
         except MovimentumError as error:
-            raise retold(told, error.diagnostics[0]) from None
+            raise as_usage_error(shown, error.diagnostics[0]) from None
         if not found:
-            raise wrong(told, "it is not an expression", example())
+            raise wrong(shown, "it is not an expression", example())
         if len(found) != 1:
-            raise wrong(told, f"`{text}` is a vector", f"its length `({text}).l`, or `({text}).x`")
+            raise wrong(shown, f"`{text}` is a vector", f"its length `({text}).l`, or `({text}).x`")
         return found[0]
 
 

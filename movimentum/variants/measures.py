@@ -1,10 +1,8 @@
 """MeasureSet: one number for a variant, from expressions of the language that are reduced over time.
 
-``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and around
-reductions any expression of the language may stand. The grammar finds them; what they mean is left to the language: an
-expression is read as it would be in a claim of the first step.
-
-One value of those in many frames: what measures and goals do with them.
+``.max(Foot.x) - .min(Foot.x)``: a *reduction* makes one number of an expression's values in all frames, and any
+expression of the language may contain reductions. The grammar finds them; the rest is read as in a claim of the first
+step. Goals use the same reductions.
 
 Frames without a value (nan) are left out. A least or greatest value is that of the first frame that has it.
 """
@@ -34,7 +32,7 @@ PLACE = "reductionNumber"
 
 
 class Reduction(StrEnum):
-    """What makes one number of an expression's values in all frames."""
+    """A reduction: makes one number from an expression's values in all frames."""
 
     MIN = "min"
     MAX = "max"
@@ -120,7 +118,7 @@ def read_measures(texts: Sequence[str | tuple[str, str]], taken: Sequence[str] =
 
 
 def wrong(text: str, message: str, *helps: str) -> UsageError:
-    """That a measure makes no sense."""
+    """The error for an invalid measure."""
     return usage_error("usage/measure", f"the measure `{text}`: {message}", *helps)
 
 
@@ -130,7 +128,7 @@ def example(name: str = "stroke") -> str:
     return Choose.MEASURE.to(f"'{word} = .max(Rod.B.x) - .min(Rod.B.x)'")
 
 
-def retold(text: str, item: Diagnostic) -> UsageError:
+def as_usage_error(text: str, item: Diagnostic) -> UsageError:
     """A diagnostic about an expression in a measure."""
     message = f"the measure `{text}`: {item.message}"
     return UsageError([Diagnostic(item.code, Severity.ERROR, message, helps=item.helps)])
@@ -165,8 +163,8 @@ def _split(text: str, parts: dict[ReducedPart, int]) -> str:
     for call in sorted(calls, key=lambda node: node.span.start):
         inner = next((other for other in calls if other is not call and _holds(call.span, other.span)), None)
         if inner is not None:
-            told = plain[inner.span.start : inner.span.end]
-            raise wrong(text, f"`{told}` is already one value, so `.{call.function}(…)` does nothing", example())
+            shown = plain[inner.span.start : inner.span.end]
+            raise wrong(text, f"`{shown}` is already one value, so `.{call.function}(…)` does nothing", example())
         kind, operand = Reduction(call.function), call.arguments[0].span
         part = ReducedPart(kind, plain[operand.start : operand.end])
         if kind is Reduction.AT:

@@ -1,9 +1,8 @@
-"""What comes of a variant: it moves, it binds, it cannot be assembled, it jumps.
+"""Outcomes of variants (moves, binds, cannot be assembled, jumps), and tables of them as CSV, NPZ or Parquet.
 
-Tables of variants: one row for each, as CSV, NPZ or Parquet, written some rows at a time.
-
-Columns: the constants, the measures, ``outcome`` and ``time``. Where there is no motion the measures are empty (CSV),
-null (Parquet) or nan (NPZ), and so is the time of a variant that is ok.
+A table has one row for each variant and is written some rows at a time. Columns: the constants, the measures,
+``outcome`` and ``time``. If there is no motion, the measures are empty (CSV), null (Parquet) or nan (NPZ); so is the
+time of a variant that is ok.
 """
 
 from __future__ import annotations

@@ -67,8 +67,8 @@ def read_plots(texts: Sequence[str], grid: VariantGrid, measures: MeasureSet, be
         others = [axis for axis in grid.axes if not set(axis.names) & set(over) and len(axis) > 1]
         most = len(COLORS) if len(over) == 1 else 1
         if int(np.prod([len(axis) for axis in others])) > most:
-            told = ", ".join(f"`{axis.names[0]}`" for axis in others)
-            message = f"`{text}`: {told} varies too, which this plot cannot show"
+            names = ", ".join(f"`{axis.names[0]}`" for axis in others)
+            message = f"`{text}`: {names} varies too, which this plot cannot show"
             raise usage_error(
                 "usage/plot",
                 message,
@@ -104,8 +104,8 @@ def _lines(plot: Plot, grid: VariantGrid, constants: FloatArray, values: FloatAr
     for key in np.unique(keys, axis=0) if other else keys[:1]:
         chosen = (keys == key).all(axis=1) if other else np.ones(len(across), dtype=np.bool_)
         found = dict(zip(across[chosen].tolist(), values[chosen].tolist(), strict=True))
-        told = ", ".join(f"{grid.names[k]} = {number(value)}" for k, value in zip(other, key.tolist(), strict=True))
-        curves.append((told or name, [found.get(place, np.nan) for place in places.tolist()]))
+        names = ", ".join(f"{grid.names[k]} = {number(value)}" for k, value in zip(other, key.tolist(), strict=True))
+        curves.append((names or name, [found.get(place, np.nan) for place in places.tolist()]))
     write_curves(name, places.tolist(), curves, path, ".png", across_label=plot.over[0])
 
 

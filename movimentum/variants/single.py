@@ -1,4 +1,4 @@
-"""Variants one by one: each is read and solved as a script of its own. What cannot be solved together is solved so."""
+"""Solves variants one by one, each as a script of its own, if they cannot be solved together."""
 
 from __future__ import annotations
 

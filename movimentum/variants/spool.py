@@ -1,7 +1,7 @@
-"""Variants that are finished, kept beside the table that they will become, so that a sweep can be taken up again.
+"""Finished variants, stored beside the future table, so that a sweep can be resumed.
 
-The file has one line of JSON, which says what it is a sweep of, and then one record of float64 for each variant:
-the outcome's code and one more (0: not finished), the time, the measures. The constants follow from the number.
+The file has one line of JSON, which identifies the sweep, and then one record of float64 for each variant: the
+outcome's code plus one (0: not finished), the time, the measures. The constants follow from the number.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CHUNK = 16_384
 
 
 def signature(parts: list[str], grid: VariantGrid) -> str:
-    """What a sweep is of: texts, and every value of every axis."""
+    """The identity of a sweep: texts, and every value of every axis."""
     found = hashlib.sha256(json.dumps(parts).encode())
     for axis in grid.axes:
         found.update(json.dumps([*axis.names, len(axis)]).encode())

@@ -1,6 +1,6 @@
-"""`sweep`: many variants of one script, some at a time, and the table that they make.
+"""`sweep`: many variants of one script, in batches, and their table.
 
-Sweeps on a cluster: groups of variants go out, their rows come back.
+On a cluster, groups of variants go out and their rows come back.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ MOST = 64 * LARGEST
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepJob:
-    """What is swept: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent to
-    other processes, which come to the same rows, with what ``files`` know of others than the script.
+    """The input of a sweep: a script read with ``choices``, the variants of ``grid``, what is measured. It can be sent
+    to other processes, which come to the same rows, with what ``files`` know of others than the script.
     """
 
     source: SourceText
@@ -62,13 +62,15 @@ class SweepJob:
         return [*self.grid.names, *self.measures.names]
 
     def family(self) -> Family:
-        """What solves its variants."""
+        """The solver of its variants."""
         return Family(Variants(self.source, self.choices, self.grid.names, self.measures, self.files), self.grid)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swept:
-    """What came of a sweep: how many variants of each outcome; their measures (V, M), where they were to be kept."""
+    """The result of a sweep: the number of variants of each outcome; their measures (V, M), where they were to be
+    kept.
+    """
 
     counts: Counter[VariantOutcome]
     measures: FloatArray | None = None

@@ -1,8 +1,8 @@
-"""Constants that vary, followed to wherever they end up.
+"""Traces varying constants through all later computations.
 
 A folded constant keeps the operation that it was folded from (`Expr.origin`), down to the script's own numbers. So a
-script is read once, with values for the constants that vary which know that they vary; whatever depends on them can
-afterwards be written as an expression of them.
+script is read once, with marked values for the varying constants, and everything that depends on them can later be
+written as an expression of them.
 """
 
 from __future__ import annotations

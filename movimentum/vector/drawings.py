@@ -1,8 +1,9 @@
-"""Sprites that are SVGs, as outlines: what a film's own SVG, page and PDF show of them, sharp at any size.
+"""SVG sprites as outlines in a film's SVG, page and PDF, sharp at any size.
 
-A drawing is not copied but drawn anew from the few things that all readers and our own PDF know: groups with an opacity
-or a clip, and filled or stroked paths in absolute coordinates. So nothing of its file can act, load anything, or meet
-names of the film. What outlines cannot show (filters, masks, texts …) leaves the whole drawing as a picture.
+A drawing is not copied but redrawn from the few elements that all readers and our own PDF support: groups with an
+opacity or a clip, and filled or stroked paths in absolute coordinates. So nothing in its file can act, load anything,
+or clash with names of the film. If it has anything that outlines cannot show (filters, masks, texts …), the whole
+drawing stays a picture.
 """
 
 from __future__ import annotations

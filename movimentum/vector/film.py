@@ -1,4 +1,4 @@
-"""A prepared drawing with its motion in all frames: what an SVG and a page are written from."""
+"""A prepared drawing with its motion in all frames, from which SVGs and pages are written."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def _constant(color: tuple[int, int, int], frames: int) -> FloatArray:
 
 
 def _attachments(prepared: PreparedDrawing) -> Iterator[tuple[int, Point | None]]:
-    """What marks are attached to: a body, and the point of it if it is one."""
+    """The attachment of marks: a body, and a point of it if there is one."""
     for item in (*prepared.things, *prepared.beside, *prepared.overlays):
         mark = item.mark
         match mark:

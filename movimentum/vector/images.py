@@ -1,4 +1,4 @@
-"""The pictures of a film as data that stand in the file itself, each once: outlines of drawings, and pixels."""
+"""The images of a film embedded in the file, each once: outlines of drawings, and pixels."""
 
 from __future__ import annotations
 
@@ -82,13 +82,13 @@ def _outlines(mark: ImageMark, name: str, prepared: PreparedDrawing) -> Outlines
 
 def rastered(prepared: PreparedDrawing, kind: str) -> Iterator[Diagnostic]:
     """A note for each drawing that is pixels in a file of a ``kind`` that could have its outlines."""
-    told: set[str] = set()
+    reported: set[str] = set()
     marks: Sequence[PreparedMark] = (*prepared.things, *prepared.beside)
     for item in marks:
         mark = item.mark
-        if not isinstance(mark, ImageMark) or not is_drawing(mark.path) or mark.path in told:
+        if not isinstance(mark, ImageMark) or not is_drawing(mark.path) or mark.path in reported:
             continue
-        told.add(mark.path)
+        reported.add(mark.path)
         reason = _outlines(mark, "d", prepared).reason
         if reason:
             yield Diagnostic(

@@ -1,4 +1,4 @@
-"""Numbers, colours, places and elements of XML as texts; what changes over time as SVG's animations (SMIL)."""
+"""Formats numbers, colours, places and XML elements, and SVG animations (SMIL) of changing values."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class FilmClock:
         return timed if len(timed) < len(plain) else plain
 
 
-def held(values: FloatArray, shown: FloatArray) -> FloatArray:
+def last_shown(values: FloatArray, shown: FloatArray) -> FloatArray:
     """(F, …) the same, but where ``shown`` (F,) is 0, the value of the frame before (or of the first shown one):
     what nobody sees need not move.
     """

@@ -1,7 +1,7 @@
-"""A film as one HTML file that needs nothing else: the player, the display list, and the poses of all frames.
+"""A film as one self-contained HTML file: the player, the display list, and the poses of all frames.
 
-The page makes no request: its policy forbids all but its own script and style, known by their hashes, and pictures that
-stand in the file itself.
+The page makes no request: its policy forbids all but its own script and style, identified by their hashes, and pictures
+embedded in the file.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def script_json(value: Any) -> str:
 
 
 def film_data(film: Film) -> dict[str, Any]:
-    """What the player draws, as values of JSON; see `painter.js` for its frame of reference.
+    """The display list for the player, as JSON values; see `painter.js` for its frame of reference.
 
     ``poses`` are the numbers that change, as base64 of little-endian 32-bit floats; a number that changes refers to
     them as ``[offset]``.
@@ -288,7 +288,7 @@ class FilmData:
         return {**style[1], "shown": shown, "moving": self._columns(part)}
 
     def _symbol(self, mark: SymbolMark) -> dict[str, Any]:
-        """What is drawn anew in every frame: numbers that may change, x and y in turn."""
+        """The marks redrawn in every frame: numbers that may change, x and y in turn."""
         poses = self.film.poses
         parts = [self._moving(part) for part in moving_parts(mark, poses)]
         words = caption(mark, poses)

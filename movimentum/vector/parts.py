@@ -1,4 +1,4 @@
-"""The parts of figures and symbols as elements of an SVG."""
+"""Parts of figures and symbols as SVG elements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.drawing.parts import FigurePart, MovingPart, PartForm, Point
 from movimentum.vector.film import FARTHEST
-from movimentum.vector.numbers import XmlElement, held, hex_color, joined, short, texts
+from movimentum.vector.numbers import XmlElement, hex_color, joined, last_shown, short, texts
 
 
 class Animator(Protocol):
@@ -42,7 +42,7 @@ def moving_part(part: MovingPart, ink: str, opacity: FloatArray, decimals: int, 
     """A part with its points in every frame."""
     style, count = part.style, len(part.points)
     shown = (part.shown & (opacity > 0.0)).astype(np.float64)
-    where = held(np.clip(part.points, -FARTHEST, FARTHEST).reshape(count, -1), shown)
+    where = last_shown(np.clip(part.points, -FARTHEST, FARTHEST).reshape(count, -1), shown)
     if style.form is PartForm.DOT:
         element = XmlElement("circle", [f'r="{short(style.width, decimals + 1)}"', *painted(style, ink, decimals + 1)])
         for name, column in zip(("cx", "cy"), where.T, strict=True):

@@ -1,4 +1,4 @@
-"""Traces of an SVG: paths that grow, that fade, or that are there from the first frame on."""
+"""Traces in an SVG: paths that grow, fade, or are there from the first frame on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from movimentum.drawing.motion import paint_over
 from movimentum.drawing.style import BANDS, FAINT
 from movimentum.rendering.prepare import Trace
 from movimentum.vector.film import FARTHEST, Film
-from movimentum.vector.numbers import XmlElement, held, hex_color, joined, short, texts
+from movimentum.vector.numbers import XmlElement, hex_color, joined, last_shown, short, texts
 from movimentum.vector.parts import Animator
 
 _FAR = 99999  # world pixels: a gap that no path is longer than (times the scale of the picture)
@@ -27,7 +27,7 @@ class PathWriter:
         self._animate = animate
 
     def trace(self, trace: Trace) -> Iterator[str]:
-        """What is drawn of a path in each frame."""
+        """The part of a path drawn in each frame."""
         return self._growing(trace) if trace.mark.tail is None else self._fading(trace)
 
     def whole(self, trace: Trace) -> Iterator[str]:
@@ -66,7 +66,7 @@ class PathWriter:
             opacity, colors = paint_over(mark.paint, self.film.poses)
             opacity = opacity * factor
             if not (colors == colors[0]).all():
-                self._animate(path, "stroke", [hex_color(row) for row in held(colors, opacity)])
+                self._animate(path, "stroke", [hex_color(row) for row in last_shown(colors, opacity)])
         values = texts([opacity], 3)
         if set(values) != {"1"}:
             self._animate(group, "opacity", values)

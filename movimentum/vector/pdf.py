@@ -1,7 +1,7 @@
-"""A film as a PDF: a page a frame, drawn from the elements that its SVG has in that frame.
+"""A film as a PDF: one page for each frame, with the elements of its SVG in that frame.
 
-A small writer of our own (decision 0036): streams are compressed, what several pages draw is in the file once, and the
-same film gives the same bytes.
+A small writer of our own (decision 0036): streams are compressed, content shared by several pages is stored once, and
+the same film gives the same bytes.
 """
 
 from __future__ import annotations

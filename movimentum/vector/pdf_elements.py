@@ -1,4 +1,4 @@
-"""The elements of a still SVG of ours as the operators of a PDF's page."""
+"""Converts the elements of our still SVGs to PDF page operators."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Objects(Streams, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _Style:
-    """What an element inherits: paints (None: nothing), line, and the text that the element spells."""
+    """Inherited properties of an element: paints (None: nothing), line, and the text that the element spells."""
 
     fill: str | None = None
     stroke: str | None = None
@@ -208,8 +208,8 @@ class PdfPainter:
         round_one = gradient.tag == "radialGradient"
         keys = ("fx", "fy", "", "cx", "cy", "r") if round_one else ("x1", "y1", "x2", "y2")
         places = " ".join(gradient.get(key, "0") for key in keys)
-        told = f"/ShadingType {3 if round_one else 2} /ColorSpace /DeviceRGB /Coords [{places}] /Extend [true true]"
-        body = f"<< {told} /Function {curve} >>"
+        shading = f"/ShadingType {3 if round_one else 2} /ColorSpace /DeviceRGB /Coords [{places}] /Extend [true true]"
+        body = f"<< {shading} /Function {curve} >>"
         if body not in self._shadings:
             self._shadings[body] = self._file.add(body.encode("ascii"))
         return f"{_matrix(gradient, 'gradientTransform')}/H{self._shadings[body]} sh\n"

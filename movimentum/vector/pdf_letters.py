@@ -1,7 +1,7 @@
-"""Letters of a PDF: a font of its own whose glyphs are the outlines that all vector films draw.
+"""Letters in a PDF: a font of its own whose glyphs are the outlines that all vector films draw.
 
-Such a font (Type 3) holds only what is used, and says which characters its glyphs are: texts can be searched and copied
-although no file of a font is embedded, in any script that a face is found for.
+Such a font (Type 3) holds only what is used, and names its glyphs' characters. So texts can be searched and copied, in
+any script that a face is found for, although no font file is embedded.
 """
 
 from __future__ import annotations

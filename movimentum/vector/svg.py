@@ -1,7 +1,7 @@
 """A film as one SVG file: a still, or animated with SMIL, without a script.
 
-Everything is in world pixels, y up, inside one group that turns the picture over. Every frame's value holds until the
-next frame, as in a GIF: at each frame's time the picture is exactly that frame's, and nothing turns the long way round.
+Everything is in world pixels, y up, inside one group that flips the picture. Every value holds until the next frame, as
+in a GIF: at each frame's time the picture is exactly that frame's, and nothing turns the long way round.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from movimentum.text import listed
 from movimentum.vector.drawings import group
 from movimentum.vector.film import FARTHEST, Film
 from movimentum.vector.images import embedded
-from movimentum.vector.numbers import FilmClock, XmlElement, escaped, held, hex_color, joined, short, texts
+from movimentum.vector.numbers import FilmClock, XmlElement, escaped, hex_color, joined, last_shown, short, texts
 from movimentum.vector.parts import moving_part, still_part, tinted
 from movimentum.vector.paths import PathWriter
 from movimentum.vector.words import WordWriter, lettering, matrix, spoken
@@ -121,7 +121,7 @@ class _SvgWriter:
         yield from overlays if self._look is None or not overlays else [self._seen(overlays)]
 
     def _under(self, number: Iterator[int]) -> Iterator[tuple[bool, str]]:
-        """What insets show too: whether the camera leaves it, and its text. ``number`` counts marks."""
+        """Marks that insets show too: whether the camera leaves it, and its text. ``number`` counts marks."""
         prepared = self.film.prepared
         paths = PathWriter(self.film, self._decimals, self._animate)
         for path in prepared.paths:
@@ -137,7 +137,7 @@ class _SvgWriter:
             yield from ((trace.still, line) for line in paths.trace(trace))
 
     def _seen(self, lines: Sequence[str]) -> str:
-        """What the camera moves."""
+        """The group that the camera moves."""
         self._runs.append(f"{self._prefix}l{len(self._runs)}")
         attributes = [f'id="{self._runs[-1]}"'] if self.film.prepared.beside else []
         return f"{self._mapped(XmlElement('g', attributes, [''.join(lines)]), self._look)}\n"
@@ -202,7 +202,7 @@ class _SvgWriter:
                 group = self._scaled(self._shared(self._shape(mark, ink)), mark, opacity)
                 group = self._moving(group, mark.body, opacity)
         if ink == "currentColor" and not isinstance(mark, ImageMark):  # which has a filter for its tint
-            self._animate(group, "color", [hex_color(row) for row in held(colors, opacity)])
+            self._animate(group, "color", [hex_color(row) for row in last_shown(colors, opacity)])
         values = texts([opacity], 3)
         if not _still(values) or values[0] != "1":
             self._animate(group, "opacity", values)
@@ -254,14 +254,14 @@ class _SvgWriter:
         return XmlElement("g", inside=[str(XmlElement("use", [f'href="#i{place}"', *tint, matrix(to_pivot)]))])
 
     def _symbol(self, mark: SymbolMark, ink: str, opacity: FloatArray) -> XmlElement:
-        """What is drawn anew in every frame."""
+        """A mark redrawn in every frame."""
         group = XmlElement("g")
         for part in moving_parts(mark, self.film.poses):
             group.inside.append(str(moving_part(part, ink, opacity, self._decimals, self._animate)))
         words = caption(mark, self.film.poses)
         if words is not None:
             letters = self._letters_of.changing(words.texts, mark.size, words.align, mark.italic, f'fill="{ink}"')
-            place = held(np.clip(words.place, -FARTHEST, FARTHEST), opacity)
+            place = last_shown(np.clip(words.place, -FARTHEST, FARTHEST), opacity)
             self._translate(letters, texts(list(place.T), self._decimals))
             group.inside.append(str(letters))
         return group
@@ -307,7 +307,7 @@ class _SvgWriter:
         drawn = f'stroke="{paper}" stroke-width="{halo}" paint-order="stroke" fill="{ink}"'
         group.inside.append(self._letters(mark.text, NOTE_HEIGHT, mark.offset, drawn))
         where = np.clip(self.film.poses.world(mark.body, mark.local), -FARTHEST, FARTHEST)
-        self._translate(group, texts(list(held(where, opacity).T), self._decimals))
+        self._translate(group, texts(list(last_shown(where, opacity).T), self._decimals))
         return group
 
     def _line(self, points: Sequence[Point], width: float, ink: str, arrow: bool) -> XmlElement:
@@ -327,7 +327,7 @@ class _SvgWriter:
         where = link_points(mark, self.film.poses)
         if len(mark.through) == 1:
             where = np.concatenate([where, where], axis=1)
-        flat = held(np.clip(where, -FARTHEST, FARTHEST).reshape(self.film.frames, -1), opacity)
+        flat = last_shown(np.clip(where, -FARTHEST, FARTHEST).reshape(self.film.frames, -1), opacity)
         self._animate(line, "points", texts(list(flat.T), self._decimals))
         return line
 
@@ -353,7 +353,7 @@ class _SvgWriter:
         scale = scale_over(mark.paint, self.film.poses)
         if scale is None or mark.paint.about is None:
             return element
-        size = np.minimum(held(scale, shown), FARTHEST)
+        size = np.minimum(last_shown(scale, shown), FARTHEST)
         rest = (1.0 - size)[:, None] * np.array(self.film.bodies[mark.body].local(mark.paint.about))
         self._transform(element, "scale", texts([size], self._turns + 2))
         element = XmlElement("g", inside=[str(element)])
@@ -363,9 +363,9 @@ class _SvgWriter:
     def _moving(self, element: XmlElement, body: int, shown: FloatArray) -> XmlElement:
         """The element, measured from a body's pivot, as it moves with the body."""
         motion = self.film.bodies[body]
-        where = held(np.stack([motion.x, motion.y], axis=1), shown)
+        where = last_shown(np.stack([motion.x, motion.y], axis=1), shown)
         places = texts(list(where.T), self._decimals)
-        turns = texts([held(motion.angle, shown)], self._turns)
+        turns = texts([last_shown(motion.angle, shown)], self._turns)
         if set(turns) != {"0"}:
             self._transform(element, "rotate", turns)
             if set(places) != {"0 0"}:

@@ -1,4 +1,4 @@
-"""What an SVG that is read has: shapes as lines and Bézier curves, how they look, and gradients, in pixels."""
+"""The content of an SVG that is read: shapes as lines and Bézier curves, their styles, and gradients, in pixels."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OWN = frozenset(
         "stop-color", "stop-opacity",
     }
 )  # fmt: skip
-"""What is not inherited."""
+"""Properties that are not inherited."""
 PLAIN = {
     "filter": ("none",), "mask": ("none",), "mix-blend-mode": ("normal",), "vector-effect": ("none",),
     "marker": ("none",), "marker-start": ("none",), "marker-mid": ("none",), "marker-end": ("none",),

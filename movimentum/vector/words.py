@@ -1,7 +1,4 @@
-"""Texts of an SVG: outlines, or texts in the font of the document; also where they change.
-
-Where texts stand: their outlines (see `rendering.outlines`) aligned and slanted, also where they change.
-"""
+"""Texts in an SVG: as outlines (see `rendering.outlines`) or in the document's font, aligned, slanted, and changing."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def _pdf(film: Film) -> Iterator[bytes]:
 
 
 DOCUMENTS: dict[str, Callable[[Film], Iterable[bytes]]] = {".svg": _svg, ".html": _page, ".pdf": _pdf}
-"""What writes a film in each format that is not made of pixels."""
+"""The writer for each format that is not made of pixels."""
 
 
 def refuse_too_long(scene: Scene, frames: int, path: Path) -> None:
@@ -102,5 +102,5 @@ def write_film(
     if progress is not None:
         progress(film.frames, film.frames)
     size = (prepared.view.width, prepared.view.height)
-    told = tuple(rastered(prepared, path.suffix[1:].upper()))
-    return WriteReport((path,), film.frames, size, film.frames / fps, 1, told)
+    notes = tuple(rastered(prepared, path.suffix[1:].upper()))
+    return WriteReport((path,), film.frames, size, film.frames / fps, 1, notes)

@@ -74,14 +74,14 @@ def animate(
     ready = way_to(found, scene, (), options, elsewhere) if _is_ready(scene, options) else None  # limits come first
     solution = solution or solved(timeline, choices, known)
     motion, skip = solution.motion, choices.on_failure is FailurePolicy.SKIP
-    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).held()
+    poses: PoseSource = PoseChunks(motion, shown, skip, drawn=True).in_memory()
     until = timeline.frame_time(drawn[-1]) if picture.at is None else picture.at
     options = replace(options, motion=motion.path, until=until)
     if Show.FREE in options.show:
         times = [picture.at] if picture.at is not None else [timeline.frame_time(frame) for frame in frames]
         options = replace(options, free=_free_marks(motion.path, times))
     if not any(len(chunk.frames) for chunk in poses):
-        message = "none of the frames asked for has a solution"
+        message = "none of the requested frames has a solution"
         raise NoSolutionError([*solution.diagnostics, Diagnostic("solve/unreachable", Severity.ERROR, message)])
     every = PoseChunks(motion, range(timeline.frame_count), skip, drawn=True)
     scene, poses, every, options = _on_backdrop(scene, poses, every, options)
@@ -93,8 +93,8 @@ def animate(
         written = write(_repeated(poses, picture.repeats), place, timeline.fps, picture, progress)
         said, notes = afterwards(solution, choices)
         diagnostics = _accepted((*said, *only_first(asked, drawn, target)), written, place, target, choices, most)
-    told = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA, RASTER, FIRST))
-    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *told), written.size)
+    film_notes = tuple(item for item in diagnostics if item.code in (OUTSIDE, HEAVY, AREA, RASTER, FIRST))
+    return Outcome(written.frames, solution.fault, diagnostics, (*notes, *film_notes), written.size)
 
 
 def _accepted(
@@ -193,7 +193,7 @@ def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timelin
 
 
 def options_of(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
-    """What is drawn of a scene, as a user asks for it."""
+    """The display list of a scene, with the user's choices."""
     from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(

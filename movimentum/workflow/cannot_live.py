@@ -1,4 +1,4 @@
-"""What cannot be a living figure, and what its settings have to keep to beside its equations."""
+"""Checks what cannot be a living figure, and the conditions on its settings besides the equations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Finding the cause: what forbids a value, what it depends on, the smallest change that mends the film, and how a
-moment was solved. Limits of time are in the thread's processor time: what else the machine does has no influence.
+"""Finds causes: what forbids a value, what it depends on, the smallest change that repairs the film, and how a moment
+was solved.
+
+Time limits count the thread's processor time, so other work on the machine does not affect them.
 """
 
 from __future__ import annotations
@@ -39,8 +41,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Forbidding:
-    """What forbids a value at one moment. ``possible``: nothing does. ``statements``: a set (line, text) that cannot
-    hold together with it; ``minimal``: each of them was left out, and then it can (else time was up before that).
+    """The statements that forbid a value at one moment. ``possible``: none do. ``statements``: a set (line, text) that
+    cannot hold together with it; ``minimal``: each of them was left out, and then it can (else time was up before
+    that).
     """
 
     possible: bool

@@ -1,4 +1,4 @@
-"""`check`: everything that can be said about a script without rendering it."""
+"""`check`: everything that can be reported about a script without rendering it."""
 
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ def check(
         fault = 1 if any(item.severity is Severity.ERROR for item in about) else UNDECIDED if about else 0
     overlapping: Sequence[Overlap] | None = None
     if gaps and fault in (0, UNDECIDED):
-        overlapping, told, warned = _gaps(solution.motion.path, choices, all_layers=all_layers)
-        more += told
+        overlapping, gap_notes, warned = _gaps(solution.motion.path, choices, all_layers=all_layers)
+        more += gap_notes
         fault = 1 if warned else fault
     found = (*found, *more)
     return CheckReport(limited(found), solution.steps, frames, duration, fault, certified, overlapping), source
@@ -114,7 +114,7 @@ def _certified(motion: PathMotion) -> tuple[Certificate, Sequence[Diagnostic]]:
 def _gaps(
     motion: PathMotion, choices: Choices, *, all_layers: bool
 ) -> tuple[Sequence[Overlap], Sequence[Diagnostic], bool]:
-    """What overlaps, what is said of it, and whether that is an error."""
+    """The overlaps, their diagnostics, and whether that is an error."""
     from movimentum.analysis.gaps.overlaps import overlaps
     from movimentum.analysis.gaps.wording import overlap_diagnostics
 
@@ -122,10 +122,10 @@ def _gaps(
     return found, *judged(overlap_diagnostics(motion.timeline.scene, found), choices)
 
 
-def _at_other_rate(motion: PathMotion, told: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """What is different at another frame rate."""
+def _at_other_rate(motion: PathMotion, diagnostics: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """Differences at another frame rate."""
     from movimentum.analysis.examine import examine
     from movimentum.analysis.invariance import at_other_rate, frame_rate_diagnostics
 
     other = at_other_rate(motion)
-    return frame_rate_diagnostics(motion, other, told, examine(other, advice=Advice.PLAIN).diagnostics)
+    return frame_rate_diagnostics(motion, other, diagnostics, examine(other, advice=Advice.PLAIN).diagnostics)

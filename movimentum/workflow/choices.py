@@ -1,4 +1,4 @@
-"""The choices of a user: how to solve and draw a script, what to report, and the limits of what is accepted."""
+"""The user's choices: how to solve and draw a script, what to report, and the limits."""
 
 from __future__ import annotations
 

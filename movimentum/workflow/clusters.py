@@ -1,6 +1,6 @@
-"""Workers of a Dask cluster: how one is reached, what it runs, and what can be wrong with it.
+"""Workers of a Dask cluster: how to reach them, what they run, and what can be wrong with them.
 
-The queue, the protocol and the dashboard are Dask's (`distributed`); here is what its users see of it.
+The queue, the protocol and the dashboard are Dask's (`distributed`); this is the user-facing part.
 """
 
 from __future__ import annotations
@@ -143,11 +143,11 @@ def _checked(client: Any) -> Any:
     found: dict[str, Any] = client.run(_version_there, on_error="return")
     for worker, version in found.items():
         if version != own:
-            told = version if isinstance(version, str) else "none"
-            other.setdefault(told, []).append(worker)
+            shown = version if isinstance(version, str) else "none"
+            other.setdefault(shown, []).append(worker)
     if other:
-        told = "; ".join(f"{version} on {listed(names, 3)}" for version, names in other.items())
-        message = f"workers run another version of Movimentum than {own}: {told}"
+        shown = "; ".join(f"{version} on {listed(names, 3)}" for version, names in other.items())
+        message = f"workers run another version of Movimentum than {own}: {shown}"
         raise usage_error("usage/dask", message, f"pip install movimentum=={own} there")
     return client
 
@@ -157,7 +157,7 @@ def threads_of(client: Any) -> int:
     return max(1, sum(client.nthreads().values()))
 
 
-def kept_there(client: Any, value: object) -> Any:
+def shared_future(client: Any, value: object) -> Any:
     """``value`` as a future of the cluster, by the hash of its content: sent once, and again if its worker is lost."""
     data = pickle.dumps(value)
     key = f"movimentum-{hashlib.sha256(data).hexdigest()}"
@@ -172,7 +172,7 @@ def _itself(data: bytes) -> bytes:
 
 @lru_cache(maxsize=2)
 def unpacked(data: bytes) -> Any:
-    """What `kept_there` has sent; runs on a worker."""
+    """Unpickles a value from `shared_future`; runs on a worker."""
     keep_freed_memory()
     return pickle.loads(data)
 
@@ -197,7 +197,7 @@ def done_by(
             out.append(client.submit(function, data, *piece, pure=False))
 
     try:
-        data = kept_there(client, common)
+        data = shared_future(client, common)
         for _ in range(AHEAD * threads_of(client)):
             send()
         while out:

@@ -33,8 +33,8 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     from movimentum.proving.balls import NoBall, as_float, over
     from movimentum.proving.curve import Late, curve_of
     from movimentum.proving.film import lowered
+    from movimentum.proving.intervals import chain_of
     from movimentum.proving.rings import TooMuch
-    from movimentum.proving.stretches import chain_of
     from movimentum.proving.tower import NotAlgebraic
     from movimentum.scene.model import AnchorCoordinate
 
@@ -66,7 +66,7 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
             here = [as_float(over(chain.point.at(each.top), chain.point.at(each.bottom))) for each in (x, y)]
             return curve_of(chain, x, y, here, end)
         except NoBall as special:
-            reason, helps = special.told, (draws,)
+            reason, helps = special.reason, (draws,)
         except Late as late:
             reason = Advised(f"it takes more than {seconds:g} s; `", Choose.SECONDS.to(), "` gives more time")
             reason += f" ({late})" if str(late) else ""

@@ -1,8 +1,8 @@
 """Answers about a script while it is being written.
 
-An `Engine` is given one text after the other and keeps what still holds: of the same statements it shifts the places,
-of the same steps it takes over the motion, and of the same structure the plan. The result never depends on the texts
-before: it is that of a fresh start, to the last bit.
+An `Engine` is given one text after the other and reuses what still holds: it shifts the places of unchanged statements,
+and reuses the motion of unchanged steps and the plan of an unchanged structure. The result never depends on earlier
+texts: it is that of a fresh start, to the last bit.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class Stage(StrEnum):
-    """What an answer is about, in the order in which answers come."""
+    """The stages of answers, in order."""
 
     SYNTAX = "syntax"
     SCENE = "scene"
@@ -51,7 +51,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StageReport:
-    """What is known after ``stage``, of the text with number ``revision``.
+    """The results after ``stage``, for the text with number ``revision``.
 
     ``diagnostics``: all so far. ``poses``: after BEGINNING the pose at the instant looked at (F = 1), if one was found.
     ``final``: nothing comes after this, because all is known or because there is an error.
@@ -285,7 +285,7 @@ class Revision:
         return found
 
     def reports(self, time: Fraction | None = None) -> Iterator[StageReport]:
-        """What there is to say, stage by stage, the instant ``time`` first (default: the beginning).
+        """The answers, stage by stage, the instant ``time`` first (default: the beginning).
 
         Raises `cancellation.Cancelled` as soon as a newer text is given.
         """

@@ -30,9 +30,9 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
     Raises `ScriptError` for an expression that makes no sense, and (``equations/no-form``) for a motion that has no
     program; `NoSolutionError` where there is none at some time.
     """
-    from movimentum.equations.program import KeptConstant, MotionProgram, NoProgram, identifier
+    from movimentum.equations.program import ConstantSymbol, MotionProgram, NoProgram, identifier
 
-    constants, kept = _kept(source, choices)
+    constants, kept = _distinguished(source, choices)
     motion = _solved(source, kept)
     bare = bare_numbers(_moved(source, choices)) if constants else frozenset[float]()
     if not bare_numbers(motion) <= bare and constants:
@@ -40,7 +40,7 @@ def program_of(source: SourceText, choices: Choices, of: Sequence[str]) -> Motio
         motion = _moved(source, kept)
     choices = kept
     outputs = _asked(source, choices, of) if of else _all(motion)
-    payloads: dict[Hashable, str] = {KeptConstant(name): f"{identifier(name)}" for name in constants}
+    payloads: dict[Hashable, str] = {ConstantSymbol(name): f"{identifier(name)}" for name in constants}
     try:
         stages = stages_of(motion, [each for _, each in outputs], payloads)
     except NoProgram as error:
@@ -70,18 +70,18 @@ def stages_of(
 
 
 def no_form(error: NoProgram, scene: Scene, *helps: str) -> ScriptError:
-    """What is said where a motion has no program: with the statement that is the reason."""
+    """The error for a motion without a program, at the statement that is the reason."""
     spans = [constraint.span for constraint in scene.constraints() if constraint.number in error.constraints]
     found = Diagnostic(NO_FORM, Severity.ERROR, str(error), spans[0] if spans else None, helps=helps)
     return ScriptError([real(found, scene.source)])
 
 
-def _kept(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choices]:
-    """The constants that are plain numbers, and choices under which each keeps its name (see `kept_apart`)."""
+def _distinguished(source: SourceText, choices: Choices) -> tuple[dict[str, float], Choices]:
+    """The constants that are plain numbers, and choices under which each keeps its name (see `distinguishable`)."""
     scene = understand(source, choices)
     found: dict[str, float] = {}
     for constant, value in plain_numbers(scene, choices):
-        more = kept_apart(choices, constant.name, value, len(found))
+        more = distinguishable(choices, constant.name, value, len(found))
         try:
             arranged(understand(source, more), more)
         except MovimentumError:
@@ -120,26 +120,26 @@ def _whole_names(
     found: dict[str, float] = {}
     kept = choices
     for number, (name, value) in enumerate(constants.items()):
-        if bare_numbers(_moved(source, kept_apart(choices, name, value, number))) <= bare:
-            kept = kept_apart(kept, name, value, number)
+        if bare_numbers(_moved(source, distinguishable(choices, name, value, number))) <= bare:
+            kept = distinguishable(kept, name, value, number)
             found[name] = value
     return found, kept
 
 
-def kept_apart(choices: Choices, name: str, value: float, number: int) -> Choices:
+def distinguishable(choices: Choices, name: str, value: float, number: int) -> Choices:
     """Choices under which a constant, ``number`` of several, is told apart from all other numbers: its value differs
     in the last digits.
     """
-    from movimentum.equations.program import KeptConstant
+    from movimentum.equations.program import ConstantSymbol
 
     share = APART_IN_NAME_ONLY * (1.0 + math.sqrt(2.0 + number) % 1.0)
     near = value * (1.0 + share) if value else ZERO_IN_NAME_ONLY * (number + 1)
-    named = Expr("const", (), near, symbol(KeptConstant(name)))
+    named = Expr("const", (), near, symbol(ConstantSymbol(name)))
     return replace(choices, settings=(*choices.settings, (name, named)))
 
 
 def _all(motion: PathMotion) -> list[tuple[str, Expr]]:
-    """What `solve` writes, by the names of its columns."""
+    """The values that `solve` writes, by the names of their columns."""
     from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
 
     scene = motion.timeline.scene

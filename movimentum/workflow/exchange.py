@@ -1,4 +1,4 @@
-"""`import` and `export`: scripts from other programs' files, and the reverse."""
+"""`import` and `export`: scripts from other programs' files, and back."""
 
 from __future__ import annotations
 
@@ -63,7 +63,8 @@ def imported(source: SourceText, target: Path | None, how: Import, strict: bool)
     kind = kind_of(source)
     if how.snap and kind is not FileKind.LINKAGE:
         raise usage_error(
-            "usage/import", Advised(Choose.SNAP.to(), f" is for linkage files: {kind.told} has no angles to repair")
+            "usage/import",
+            Advised(Choose.SNAP.to(), f" is for linkage files: {kind.description} has no angles to repair"),
         )
     if how.drives and kind is not FileKind.MECHANISM:
         instead = {
@@ -95,7 +96,7 @@ class Export:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """What a form is written from."""
+    """The input for writing a format."""
 
     title: str
     timeline: Timeline
@@ -129,7 +130,7 @@ def _formulas(scene: _Scene) -> Written:
     triangles = triangles_of(scene.solution.motion.path)
     comments = [
         f"{scene.title}: angles in degrees; a list has a value for each frame",
-        *(f"{name}: {told}" for name, told in triangles.names),
+        *(f"{name}: {label}" for name, label in triangles.names),
     ]
     return formulas_text(triangles.formulas, comments), ()
 
@@ -179,7 +180,7 @@ def _profiles(scene: _Scene) -> Written:
 FORMS: dict[str, Callable[[_Scene], Written]] = {
     "linkages": _linkage, "pyslvs": _formulas, "dxf": _dxf, "stl": _stl, "parts": _parts, "profiles": _profiles,
 }  # fmt: skip
-"""What writes each form of export."""
+"""The writer of each export format."""
 BY_SUFFIX = {
     ".txt": "linkages", ".linkages": "linkages", ".pyslvs": "pyslvs", ".dxf": "dxf", ".stl": "stl", ".csv": "parts",
     "": "linkages",

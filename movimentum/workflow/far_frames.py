@@ -1,7 +1,8 @@
 """`run --dask`: frames drawn and encoded by the workers of a cluster, written here, in order.
 
-Poses go out, and not the text: solving takes a small part of the time that drawing takes, and a worker that solved
-would plan first. Pictures go out as they were read here, by the hash of their content, so no file can be missing there.
+Poses are sent out, not the text: solving takes a small part of the time for drawing, and a worker that solved would
+have to plan first. Pictures are sent as they were read here, by the hash of their content, so no file can be missing
+there.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def draw_run(data: bytes, run: FrameRun) -> Pieces:
 
 @lru_cache(maxsize=1)
 def _session(data: bytes) -> tuple[PaintSession, Coder]:
-    """What this worker draws and encodes with: layers that stand still are prepared once."""
+    """The worker's painter and coder: static layers are prepared once."""
     from movimentum.rendering.painter import PaintSession
 
     painter, coder = unpacked(data)

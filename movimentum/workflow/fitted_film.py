@@ -1,4 +1,4 @@
-"""A film made to fit what a place takes: its size, rate, length and number of frames."""
+"""Fits a film to a place's limits: its size, rate, length and number of frames."""
 
 from __future__ import annotations
 
@@ -83,31 +83,31 @@ def _timed(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
     if shape.fps is None:
         made.fps = min(max(made.fps, least), most)
         if made.fps != shape.own_fps:
-            word = "most" if made.fps == most else "least"
-            made.reasons.append(f"{number(float(made.fps))} frames a second is the {word} that is taken")
+            word = "highest" if made.fps == most else "lowest"
+            made.reasons.append(f"{number(float(made.fps))} frames a second is the {word} rate accepted")
     elif not least <= shape.fps <= most:
         bounds = f"{float(least):g} to {float(most):g}" if least else f"at most {float(most):g}"
         made.broken.append(
-            (f"{float(shape.fps):g} frames a second are asked for, and {bounds} are taken", Choose.FPS.to(25))
+            (f"{float(shape.fps):g} frames a second are requested, and {bounds} are accepted", Choose.FPS.to(25))
         )
     shortest, longest = taken.seconds
     if longest is not None and shape.seconds > longest:
         fits = int(longest * shape.own_fps)
         if shape.chosen:
-            long = f"{number(float(shape.seconds))} s are asked for, and {longest} s at most are taken"
+            long = f"{number(float(shape.seconds))} s are requested, and at most {longest} s are accepted"
             made.broken.append((long, Choose.FRAMES.to(f"{shape.start}:{shape.start + fits}")))
         else:
             made.seconds = longest
             made.reasons.append(
                 Advised(
-                    f"of {number(float(shape.seconds))} s, the first {longest} are taken: ",
+                    f"of {number(float(shape.seconds))} s, the first {longest} are used: ",
                     Choose.FRAMES.to(),
                     " chooses others",
                 )
             )
     if 0 < made.seconds < shortest and shape.stop - shape.start > 1:
         made.repeats = math.ceil(shortest / made.seconds)
-        made.reasons.append(f"it is played {made.repeats} times, as films of less than {shortest} s are not taken")
+        made.reasons.append(f"it is played {made.repeats} times, as films of less than {shortest} s are not accepted")
 
 
 def _sized(taken: Taken, shape: FilmShape, made: FilmFit, smaller: float) -> None:
@@ -126,8 +126,8 @@ def _sized(taken: Taken, shape: FilmShape, made: FilmFit, smaller: float) -> Non
         made.scale = shape.scale
         size = shape.size(shape.scale)
         if size[0] > box[0] or size[1] > box[1]:
-            told = f"{size[0]} x {size[1]} pixels are asked for, and {box[0]} x {box[1]} at most are taken"
-            made.broken.append((told, Choose.SCALE.to(number(short(fits), 6))))
+            text = f"{size[0]} x {size[1]} pixels are requested, and at most {box[0]} x {box[1]} are accepted"
+            made.broken.append((text, Choose.SCALE.to(number(short(fits), 6))))
     if taken.shapes:
         size = shape.size(made.scale)
         grown = max(1.0, size[0] / box[0], size[1] / box[1])
@@ -139,8 +139,8 @@ def _numbered(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
     if taken.frames is None or made.frames(shape) <= taken.frames:
         return
     if shape.fps is not None:
-        told = f"{made.frames(shape):,} frames are asked for, and {taken.frames} at most are taken"
-        made.broken.append((told, Choose.FPS.to(_typed(_slower(made, shape, taken.frames)))))
+        text = f"{made.frames(shape):,} frames are requested, and at most {taken.frames} are accepted"
+        made.broken.append((text, Choose.FPS.to(_typed(_slower(made, shape, taken.frames)))))
         return
     made.fps = _slower(made, shape, taken.frames)
     made.reasons.append(f"{_typed(made.fps)} frames a second, for at most {taken.frames} frames")
@@ -177,8 +177,8 @@ def _in_area(taken: Taken, shape: FilmShape, made: FilmFit) -> None:
             made.refused = f"it would have only {size[0]} x {size[1]} pixels, to stay within the limit"
     if not _fits(taken, shape, made):
         pixels = made.frames(shape) * _area(shape, made.scale)
-        told = f"{pixels / 1e6:,.0f} megapixels in all frames are asked for, and {taken.area / 1e6:,.0f} at most move"
-        made.broken.append((told, Choose.SCALE.to(number(_scale_for(taken, shape, made), 6))))
+        text = f"{pixels / 1e6:,.0f} megapixels in all frames are requested, and at most {taken.area / 1e6:,.0f} play"
+        made.broken.append((text, Choose.SCALE.to(number(_scale_for(taken, shape, made), 6))))
     elif before != (made.scale, made.fps):
         pixels = before[0] ** 2 * shape.width * shape.height * math.ceil(made.seconds * before[1])
         made.reasons.append(f"at its full size and rate it would have {pixels / 1e6:,.0f} megapixels")
@@ -211,7 +211,7 @@ def _typed(rate: Fraction) -> str:
     return str(rate) if rate.denominator > 1 and rate < 1 else f"{float(rate):g}"
 
 
-def told(shape: FilmShape, made: FilmFit, size: tuple[int, int], frames: int) -> str:
+def summary(shape: FilmShape, made: FilmFit, size: tuple[int, int], frames: int) -> str:
     """``400 x 320 pixels, 50 frames, 25 a second, 2 s``."""
     picture = f"{size[0]} x {size[1]} pixels"
     if shape.still:

@@ -1,11 +1,11 @@
-"""The fixes of diagnostics, tried on the script before anybody sees them.
+"""Tries the fixes of diagnostics on the script before anybody sees them.
 
-A fix is tried by reading, solving and examining the script with its edits. It works if its diagnostic goes away and no
-error is there that was not there before. Nothing else makes a fix ``tried``, and only those are shown as edits.
+A fix is tried by reading, solving and examining the script with its edits. It works if its diagnostic goes away and
+there is no new error. Only such fixes are ``tried``, and only these are shown as edits.
 
-What it costs: every trial costs what `check` costs on the script as it would be. So fixes are tried only where somebody
-looks at them (`check`, the debugger), never by `run` or `solve`. All trials together have a limit of seconds and of
-solver steps. A fix beyond it stays plain text.
+Every trial costs as much as `check` on the edited script. So fixes are tried only where somebody looks at them
+(`check`, the debugger), never by `run` or `solve`. All trials together have a limit of seconds and of solver steps. A
+fix beyond it stays plain text.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _STATEMENT = re.compile(r"[;@]")
 
 
 class Verdict(Enum):
-    """What a trial shows. A fix that is contradicted does not help because of what the script says elsewhere."""
+    """The result of a trial. A contradicted fix does not help because other statements conflict with it."""
 
     WORKS = "works"
     FAILS = "fails"

@@ -1,4 +1,4 @@
-"""The frames that a command works on, and their poses in chunks."""
+"""The frames for a command, and their poses in chunks."""
 
 from __future__ import annotations
 
@@ -60,6 +60,6 @@ class PoseChunks:
                 poses = poses.select(poses.solved.nonzero()[0])
             yield poses
 
-    def held(self) -> Iterable[Poses]:
+    def in_memory(self) -> Iterable[Poses]:
         """The same; if there are few, they are computed now and kept."""
         return tuple(self) if len(self.frames) * len(self.motion.timeline.scene.things) <= 50_000 else self

@@ -1,6 +1,6 @@
-"""What can be asked about a script at one instant: answers as data, which each front end words for itself.
+"""Questions about a script at one instant: answers as data, which each front end words for itself.
 
-What is asked about an expression over the whole film: when it has a value, when a condition holds, extremes.
+Questions about an expression over the whole film are here too: when it has a value, when a condition holds, extremes.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class Causes:
-    """What determines a value: ``chain`` in the order in which the solver uses it. ``free``: blocks of equations on the
-    way that leave freedom, each with the names of its unknowns. ``drawn``: things that stay as drawn.
+    """The statements that determine a value: ``chain`` in the order in which the solver uses it. ``free``: blocks of
+    equations on the way that leave freedom, each with the names of its unknowns. ``drawn``: things that stay as drawn.
     """
 
     chain: tuple[Cause, ...]
@@ -126,7 +126,7 @@ class Inspector:
 
     @property
     def standing(self) -> PoseKnown:
-        """What the poses at the instant are."""
+        """The kind of the poses at the instant."""
         from movimentum.solver.segment_motion import Unsolved
 
         part, _ = self.part
@@ -142,14 +142,14 @@ class Inspector:
         return PoseKnown(solved=False, last=last, reason=next(errors, ""))
 
     def contradicting(self) -> Contradicting | None:
-        """What contradicts at the instant, as the message about it has it; None where no set is known."""
-        from movimentum.analysis.diagnose.conflict import told
+        """The contradiction at the instant, as in the message about it; None if no set is known."""
+        from movimentum.analysis.diagnose.conflict import conflict_of
 
         begun = [t for t in self.segment_motion.troubles if t.selection is not None]
         found = next((t.selection.contradiction for t in begun if t.selection is not None), None)
         if found is None:
             return None
-        conflict = told(found)
+        conflict = conflict_of(found)
         source = self.work.scene.source
         items = {item.number: item for item in self.work.scene.constraints()}
         rows = [(items[number].span, conflict.off.get(number)) for number in conflict.constraints]
@@ -172,7 +172,7 @@ class Inspector:
     # --- answers
 
     def causes(self, name: str) -> Causes:
-        """What determines a thing, an anchor, or any expression."""
+        """The statements that determine a thing, an anchor, or any expression."""
         from movimentum.analysis.interactive.determination import determination
 
         scene, plan = self.work.scene, self.segment_motion.plan

@@ -1,4 +1,4 @@
-"""What is installed, for reports of bugs: versions of everything that may make a difference, and where they are."""
+"""The installation, for bug reports: versions of everything that may matter, and where they are."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from movimentum.tolerances import NEARBY_POSITION, POSES_AGREE
 from movimentum.workflow.animate import ground_color, options_of
 from movimentum.workflow.cannot_live import built, cannot, no_program, refuse_changing, refuse_drawn, useless
 from movimentum.workflow.choices import Choices, Outcome, Picture
-from movimentum.workflow.equations import kept_apart, stages_of
+from movimentum.workflow.equations import distinguishable, stages_of
 from movimentum.workflow.stages import Solution, arranged, moved, solved, understand
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def living_figure(
         raise usage_error("usage/live", "a living figure shows no free motions", Choose.SHOW.to("names,anchors"))
     plain = understand(source, choices, picture.max_pixels)
     sliders = tuple(_sliders(plain, names))
-    kept = _kept(source, choices, plain, sliders)
+    kept = _distinguished(source, choices, plain, sliders)
     scene = understand(source, kept, picture.max_pixels)
     refuse_drawn(scene)
     solution = solved(arranged(scene, kept), kept)
@@ -97,7 +97,7 @@ def living_figure(
 def _figure(
     source: SourceText, scene: Scene, solution: Solution, sliders: tuple[Slider, ...], picture: Picture
 ) -> Figure:
-    from movimentum.equations.program import KeptConstant, NoProgram
+    from movimentum.equations.program import ConstantSymbol, NoProgram
     from movimentum.expressions import named_origins
     from movimentum.living.page import Figure, is_made_there
     from movimentum.living.program import live_stage
@@ -120,7 +120,7 @@ def _figure(
     poses = live_poses(live, _placed, film, _properties(live, film))
     drawn = live_drawing(live, things, prepared, poses, film, options)
     places = {n.number: [live.place(_placed(n.number, part)) for part in "xycs"] for n in scene.things if n.is_body}
-    payloads: dict[Hashable, str] = {KeptConstant(slider.name): slider.code for slider in sliders}
+    payloads: dict[Hashable, str] = {ConstantSymbol(slider.name): slider.code for slider in sliders}
     try:
         kept = tuple(conditions(scene, motion))
         stages = stages_of(motion, [*live.outputs, *kept], payloads, whole=True)
@@ -178,7 +178,7 @@ def _bodies(scene: Scene, poses: Poses) -> dict[int, Any]:
 
 def _matters(figure: Figure, slider: Slider) -> bool:
     """Whether anything in the motion or the picture depends on a constant."""
-    from movimentum.equations.program import KeptConstant
+    from movimentum.equations.program import ConstantSymbol
     from movimentum.expressions import symbols
     from movimentum.living.page import LiveData
     from movimentum.living.program import opened
@@ -191,7 +191,7 @@ def _matters(figure: Figure, slider: Slider) -> bool:
                 return True
     data = LiveData(figure.film, figure.live.scene)
     data.all()
-    return KeptConstant(slider.name) in symbols(*opened([each.expr for each in data.found]))
+    return ConstantSymbol(slider.name) in symbols(*opened([each.expr for each in data.found]))
 
 
 # --- the constants
@@ -230,7 +230,7 @@ def _range(constant: NamedConstant, value: float) -> tuple[float, float]:
     return (min(value / 2.0, value * 1.5), max(value / 2.0, value * 1.5)) if value else (-1.0, 1.0)
 
 
-def _kept(source: SourceText, choices: Choices, plain: Scene, sliders: Sequence[Slider]) -> Choices:
+def _distinguished(source: SourceText, choices: Choices, plain: Scene, sliders: Sequence[Slider]) -> Choices:
     """Choices under which the constants keep their names; `ScriptError` for one that the scene's structure has."""
     structure = _structure(plain)
     for number, slider in enumerate(sliders):
@@ -244,7 +244,7 @@ def _kept(source: SourceText, choices: Choices, plain: Scene, sliders: Sequence[
         if not same:
             raise built(source, plain, slider)
         choices = replace(choices, settings=_without(choices, slider))
-        choices = kept_apart(choices, slider.name, slider.value, number)
+        choices = distinguishable(choices, slider.name, slider.value, number)
     return choices
 
 
@@ -253,7 +253,7 @@ def _without(choices: Choices, slider: Slider) -> tuple[Any, ...]:
 
 
 def _structure(scene: Scene) -> Any:
-    """What a slider cannot change."""
+    """The parts that a slider cannot change."""
     times = tuple(step.time for step in scene.steps)
     return scene.config.fps, scene.config.size, times, tuple(thing.name for thing in scene.things)
 

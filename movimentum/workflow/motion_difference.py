@@ -1,4 +1,4 @@
-"""What a change of the text does to the motion: which anchors are elsewhere, by how much, and when first."""
+"""The effect of a text change on the motion: which anchors move elsewhere, by how much, and when first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The places where films are shown: what each of them takes. One place is one record; `publish` does what it says."""
+"""The places where films are shown, and their limits. Each place is one record; `publish` applies it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class NumberedFrames:
-    """What is shown: the files' name as it was written, the frames' first and last numbers, and the rate."""
+    """The film to show: the files' name as it was written, the frames' first and last numbers, and the rate."""
 
     name: str
     first: int

@@ -1,4 +1,4 @@
-"""`prove`: what is known of each claim, beyond the film."""
+"""`prove`: the verdict on each claim, beyond the film."""
 
 from __future__ import annotations
 

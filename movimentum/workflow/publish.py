@@ -1,4 +1,4 @@
-"""`run --for PLACE`: a film drawn as a place takes it, and what was chosen and why."""
+"""`run --for PLACE`: a film drawn within a place's limits, and what was chosen and why."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.workflow.animate import TooHeavy, animate, natural_size
 from movimentum.workflow.choices import Choices, FrameChoice, Outcome, Picture, Progress
-from movimentum.workflow.fitted_film import FilmFit, FilmShape, fitted, told
+from movimentum.workflow.fitted_film import FilmFit, FilmShape, fitted, summary
 from movimentum.workflow.frames import chosen_frames
 from movimentum.workflow.places import PLACES, NumberedFrames, Place, Taken
 from movimentum.workflow.stages import Solution, arranged, judged, solved, understand
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 CHOSEN, LIMIT, FORMAT = "place/chosen", "place/limit", "place/format"
 _MODULES = {"video": "av"}
-"""What an extra brings."""
+"""The module that each extra installs."""
 _LIGHTER, _TRIES = 0.9, 5
 _ANYTHING = Taken("{}", "", box=(sys.maxsize, sys.maxsize))
 
@@ -90,9 +90,9 @@ class _Publishing:
                 continue
             written = self._light_enough(taken, shape, made, [*said, *self._broken(made)], last=last)
             if written is not None:
-                return self._told(taken, shape, *written, said, passed)
+                return self._report(taken, shape, *written, said, passed)
             passed.append(f"as {_format(taken)} it would have more than {(taken.weight or 0) / 1e6:g} MB")
-        raise AssertionError("the last format is taken in any case")
+        raise AssertionError("the last format is accepted in any case")
 
     def _shape(self) -> FilmShape:
         timeline, picture = self.solution.motion.timeline, self.picture
@@ -150,7 +150,7 @@ class _Publishing:
     def _light_enough(
         self, taken: Taken, shape: FilmShape, made: FilmFit, before: list[Diagnostic], *, last: bool
     ) -> tuple[FilmFit, Outcome] | None:
-        """What was written, drawn smaller if it is too heavy; None if another format is to be tried."""
+        """The written film, drawn smaller if it is too large; None if another format should be tried."""
         judged_now, warned = judged(before, self.choices)
         if warned:
             raise ScriptError(judged_now)
@@ -188,12 +188,12 @@ class _Publishing:
         stem = self.target.name.replace("%", "_") if taken.numbered else self.target.name
         return self.target.parent / taken.name.replace("{}", stem)
 
-    def _told(
+    def _report(
         self, taken: Taken, shape: FilmShape, made: FilmFit, done: Outcome, said: list[Diagnostic], passed: list[str]
     ) -> Outcome:
         assert done.target is not None
         helps = (taken.typed(self._show(done.target, shape, made, done)),) if taken.typed and not shape.still else ()
-        what = told(shape, made, done.size, done.frames)
+        what = summary(shape, made, done.size, done.frames)
         note = Diagnostic(
             CHOSEN,
             Severity.NOTE,
@@ -203,9 +203,7 @@ class _Publishing:
         )
         more = [*said, *self._broken(made)]
         if taken.weight is not None and done.target.is_file() and (size := done.target.stat().st_size) > taken.weight:
-            message = (
-                f"{self.place.called}: the file has {size / 1e6:.1f} MB, and {taken.weight / 1e6:g} at most are taken"
-            )
+            message = f"{self.place.called}: the file has {size / 1e6:.1f} MB, and the limit is {taken.weight / 1e6:g}"
             more.append(Diagnostic(LIMIT, Severity.WARNING, message, helps=(Choose.FRAMES.to("0:50"),)))
         own = ("render/gif-area", "render/weight")  # the place has said what it takes
         rest = tuple(item for item in done.diagnostics if item.code not in own)

@@ -1,4 +1,4 @@
-"""The files that a command reads: the script, and the pictures that it names."""
+"""Reads a command's files: the script, and the pictures that it names."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ NOT_SENT = "usage/dask"
 
 @dataclass(eq=False)
 class ScriptFiles:
-    """What a script's files tell about a scene: each is asked for once, and then known, also in other processes.
+    """The data that a scene needs from a script's files: each is read once, and then known, also in other processes.
 
     If they are ``complete``, no file is opened: one that is not known is a `UsageError` (``usage/dask``).
     """

@@ -1,4 +1,4 @@
-"""Formatting the files that hold scripts: each as a whole or not at all."""
+"""Formats script files, each completely or not at all."""
 
 from __future__ import annotations
 

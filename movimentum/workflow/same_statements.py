@@ -1,6 +1,6 @@
-"""Texts that state the same: they differ in white space and comments between statements only.
+"""Recognises texts with the same statements: they differ only in white space and comments between statements.
 
-What was said about one is true of the other, at other places.
+Results for one are valid for the other, at other places.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def items_of(source: SourceText) -> Items:
 
 
 def shifted(examination: Examination, old: Items, new: Items) -> Examination:
-    """What was found about one text, for another that states the same; without fixes, whose edits depend on white space
-    and comments too.
+    """The diagnostics of one text, moved to another with the same statements; without fixes, whose edits depend on
+    white space and comments too.
     """
     return replace(examination, diagnostics=tuple(_shifted(item, old, new) for item in examination.diagnostics))
 

@@ -1,4 +1,4 @@
-"""Scripts that come with the program: one of each kind to start from, and the gallery. They are copied, never over
+"""Scripts that come with the program: one of each kind to start from, and the gallery. Copying them never overwrites
 anything.
 """
 
@@ -72,7 +72,7 @@ def write_starter(sample: Sample, target: Path) -> None:
     """Write a script to start from; `UsageError` if there is anything at ``target``."""
     if _taken(target):
         free = next(path for k in range(2, 10**6) if not _taken(path := target.with_name(f"{target.stem}-{k}.mov")))
-        raise _exists(f"{target} exists already, and is not written over", Choose.OUTPUT.to(typed(free)))
+        raise _exists(f"{target} exists already, and is not overwritten", Choose.OUTPUT.to(typed(free)))
     with whole_file(target) as part:
         part.write_bytes(sample.path.read_bytes())
 
@@ -93,7 +93,7 @@ def copy_examples(samples: Iterable[Sample], folder: Path) -> tuple[list[Path], 
         free = next(
             path for k in range(2, 10**6) if not _taken(path := folder.with_name(f"{folder.name or 'new'}-{k}"))
         )
-        message = f"{taken[0]}{more} would be written over: it has another content"
+        message = f"{taken[0]}{more} would be overwritten: its content differs"
         raise _exists(message, f"movimentum examples {typed(free)}")
     try:
         for path, target in wanted.items():

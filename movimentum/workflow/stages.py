@@ -109,7 +109,7 @@ def rebuilding(source: SourceText, choices: Choices, files: ScriptFiles | None =
 
 
 @contextmanager
-def told_where(scene: Scene) -> Generator[None]:
+def errors_in_files(scene: Scene) -> Generator[None]:
     """Errors are at places in the script's files."""
     try:
         yield
@@ -121,7 +121,7 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
     """The scene in time; raises `ScriptError` if that makes more frames than ``choices`` allow."""
     from movimentum.timeline.arrange import arrange
 
-    with told_where(scene):
+    with errors_in_files(scene):
         return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
@@ -135,9 +135,9 @@ def moved(timeline: Timeline, known: Known | None = None, *, resumes: bool = Tru
     try:
         return solve(timeline, known=known, resumes=resumes)
     except RateError as error:
-        from movimentum.analysis.diagnose.undetermined import untold_rate
+        from movimentum.analysis.diagnose.undetermined import rate_diagnostic
 
-        found = real(untold_rate(timeline.scene, error), timeline.scene.source)
+        found = real(rate_diagnostic(timeline.scene, error), timeline.scene.source)
         raise ScriptError([*timeline.scene.diagnostics, found]) from error
 
 

@@ -1,4 +1,4 @@
-"""`solve`: where everything is, as a table."""
+"""`solve`: all positions as a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`trade`: what accuracy costs and gains on a script."""
+"""`trade`: the costs and gains of accuracy for a script."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TradeReport:
-    """What accuracy costs and gains on one script: for the solver, for drawing, and for more frames per time unit.
+    """The costs and gains of accuracy on one script: for the solver, for drawing, and for more frames per time unit.
 
     ``rates``: (frames per time unit, the largest distance that an anchor moves from one frame to the next, in pixels).
     """

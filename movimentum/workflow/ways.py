@@ -1,4 +1,4 @@
-"""The two ways to a file: of pixels that Pillow draws, or of the display list itself (SVG, HTML)."""
+"""The two ways to write a film: from pixels that Pillow draws, or from the display list itself (SVG, HTML)."""
 
 from __future__ import annotations
 

@@ -248,7 +248,7 @@ def test_a_motion_is_asked_by_name() -> None:
 
 def test_goals_are_told_in_short() -> None:
     (goal,) = mv.loads(SCRIPT).fit().goals
-    assert repr(goal).startswith("AimOutcome(told='.max(Arm.P.y) = 50', line=4, rms=")
+    assert repr(goal).startswith("AimOutcome(text='.max(Arm.P.y) = 50', line=4, rms=")
     assert len(repr(goal)) < 160
 
 

@@ -220,7 +220,7 @@ def test_steps_are_stretches_and_a_jump_between_them_is_told() -> None:
     text = "A : .bar O = [0,0] P = O + [50,0];\n@0 A.O = [0,0]; A.angle = 10*.t;\n@1 A.angle = {};\n@2"
     kept, broken = (certificate(film(text.replace("{}", value))) for value in ("10", "50"))
     assert kept.complete
-    assert [stretch.begin for stretch in kept.stretches] == [0.0, 1.0, 2.0]
+    assert [interval.begin for interval in kept.intervals] == [0.0, 1.0, 2.0]
     (jump,) = broken.jumps
     assert jump.time == 1.0
     assert jump.span is not None

@@ -85,13 +85,13 @@ def gone_when_sent(monkeypatch) -> None:
     """The script's folder is no more when workers begin: what they open there is missing."""
     from movimentum.workflow import clusters
 
-    kept = clusters.kept_there
+    kept = clusters.shared_future
 
     def sent(client, value):
         shutil.move("engine", "gone")
         return kept(client, value)
 
-    monkeypatch.setattr(clusters, "kept_there", sent)
+    monkeypatch.setattr(clusters, "shared_future", sent)
 
 
 @pytest.mark.parametrize("suffix", ["gif", "apng", "webp", "mp4", "webm", "png"])

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
-from movimentum.vector.numbers import FilmClock, escaped, held, hex_color, joined, short
+from movimentum.vector.numbers import FilmClock, escaped, hex_color, joined, last_shown, short
 from tests.broad import broad
 from tests.command import CRANK, ROOT, STILL, movimentum
 from tests.drawing.films import everything, shot_of_svg
@@ -155,8 +155,8 @@ def test_a_value_that_stays_is_written_once_with_its_time() -> None:
 
 def test_what_is_not_seen_does_not_move() -> None:
     values = np.array([[1.0], [2.0], [3.0], [4.0], [5.0]])
-    assert held(values, np.array([0.0, 1.0, 0.0, 0.0, 1.0])).ravel().tolist() == [2.0, 2.0, 2.0, 2.0, 5.0]
-    assert held(values, np.zeros(5)).ravel().tolist() == [1.0] * 5
+    assert last_shown(values, np.array([0.0, 1.0, 0.0, 0.0, 1.0])).ravel().tolist() == [2.0, 2.0, 2.0, 2.0, 5.0]
+    assert last_shown(values, np.zeros(5)).ravel().tolist() == [1.0] * 5
 
 
 def test_texts_are_escaped_and_what_xml_cannot_hold_is_replaced() -> None:

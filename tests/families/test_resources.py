@@ -234,18 +234,18 @@ def test_what_workers_hold_counts() -> None:
         "import sys; held = bytearray(120_000_000); held[::1024] = b'x' * len(held[::1024]);"
         "print('here', flush=True); sys.stdin.read()"
     )
-    before = budget.held_by_workers()
+    before = budget.memory_of_workers()
     with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as worker:
         assert worker.stdout is not None
         worker.stdout.readline()
-        assert 120_000_000 < budget.held_by_workers() - before < 180_000_000
+        assert 120_000_000 < budget.memory_of_workers() - before < 180_000_000
         small = Small()
         with pytest.raises(budget.OverBudget), budget.watched(small):
-            small.megabytes = (budget.held() + before) // 1_000_000 + 60
+            small.megabytes = (budget.memory_used() + before) // 1_000_000 + 60
             for _ in range(100):
                 time.sleep(0.02)
         worker.communicate()
-    assert budget.held_by_workers() <= before
+    assert budget.memory_of_workers() <= before
 
 
 def test_no_more_workers_are_chosen_than_memory_is_for(monkeypatch: pytest.MonkeyPatch) -> None:

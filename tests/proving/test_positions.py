@@ -43,7 +43,7 @@ def looked_at(text, chance):
         part = next(s for s in motion.segments if s.segment.start <= held.start and held.start < s.segment.end)
         low, high = held.start - part.segment.start, min(part.segment.end, held.end) - part.segment.start
         tau = float(low + (high - low) * Fraction(37, 100))
-        told = text, held.claim.told, judged, found
+        told = text, held.claim.side_texts, judged, found
         if judged.verdict in PROVED:
             assert found is None or conditional, told
             amounts = positions_off(held, part, tau, chance, sides_kept=conditional)

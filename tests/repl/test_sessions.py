@@ -185,7 +185,7 @@ def test_exact_times(talk):
     assert say("break when Crank.P.y = 130").endswith("2 times in the film")
     assert say("run").startswith("`Crank.P.y = 130` comes to hold")
     say("run")
-    assert say("run").startswith("no break comes to hold\nt = 4 ")
+    assert say("run").startswith("no breakpoint is reached\nt = 4 ")
     for wrong in ("when", "when x", "until", "back until", "max", "break x = 3", "when x = [1,2]", "when Rod.Q = 3"):
         say.refuses(wrong)
 

@@ -59,7 +59,7 @@ class Cell:
             assert time.monotonic() < end, (self.said, self.sent[-3:])
             self.page.wait_for_timeout(20)
             while self.sent:
-                self.widget._heard(self.widget, self.sent.pop(0), [])
+                self.widget._receive(self.widget, self.sent.pop(0), [])
             while self.waiting:
                 self.page.evaluate("text => window.fromPython(text)", json.dumps(self.waiting.pop(0)))
 
@@ -106,10 +106,10 @@ def test_what_is_typed_comes_to_python_and_back(left_running: Callable[[], list[
 def test_closing_ends_the_work(left_running: Callable[[], list[str]], widget: Any):
     widget.send = lambda message, buffers=None: None
     for name in "ab":
-        widget._heard(widget, {"view": name, "movimentum": "open"}, [])
+        widget._receive(widget, {"view": name, "movimentum": "open"}, [])
     assert len(widget._views) == 2
-    widget._heard(widget, {"view": "a", "movimentum": "message", "data": "no message"}, [])
-    widget._heard(widget, "no message", [])
+    widget._receive(widget, {"view": "a", "movimentum": "message", "data": "no message"}, [])
+    widget._receive(widget, "no message", [])
     assert len(widget._views) == 1
     widget.close()
     end = time.monotonic() + 5

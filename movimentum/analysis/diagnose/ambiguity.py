@@ -1,6 +1,6 @@
-"""A path's beginning where only the drawing chose among several solutions, reported if the choice is a real one.
+"""Reports a path whose start was chosen only by the drawing, if there was a real choice.
 
-Which candidates are one solution, as far as the picture shows.
+Candidates that give the same picture count as one solution.
 """
 
 from __future__ import annotations

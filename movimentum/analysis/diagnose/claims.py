@@ -1,4 +1,4 @@
-"""Claims: whether the expected results hold, in every frame and on the solver's own grid between frames."""
+"""Checks claims in every frame, and on the solver's own grid between frames."""
 
 from __future__ import annotations
 
@@ -251,7 +251,7 @@ def _diagnostic(broken: Broken, size: float, source: SourceText) -> Diagnostic:
     from movimentum.scene.text_edits import tolerated
 
     claim = broken.claim
-    left, right = claim.told
+    left, right = claim.side_texts
     word = {Relation.EQUAL: "", Relation.BELOW: "below ", Relation.ABOVE: "above "}[claim.relation]
     digits = _digits(broken)
     found, wanted = (_vector(side, digits) for side in (broken.left, broken.right))

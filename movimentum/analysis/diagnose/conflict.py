@@ -1,6 +1,7 @@
-"""Which constraints contradict, and by how much.
+"""Finds the smallest set of constraints that contradict each other, and by how much.
 
-Constraints about what is fixed, which no small motion would meet: two circles about one centre are to touch.
+It also finds contradictions between fixed things that no small motion reveals: two circles about one centre that should
+touch.
 """
 
 from __future__ import annotations
@@ -58,10 +59,10 @@ def find_conflict(plan: Plan, around: set[int], tau: float, carry: Carry) -> Con
     None if none is shown.
     """
     found = find_contradiction(plan, tau, carry, (), [frozenset(around)])
-    return None if found is None else told(found)
+    return None if found is None else conflict_of(found)
 
 
-def told(found: Contradiction) -> Conflict:
+def conflict_of(found: Contradiction) -> Conflict:
     """A contradiction with its amounts."""
     demands = replace(found.demands, effort=Effort(EFFORT))
     few = max(4, MOST // len(found.members))
@@ -158,13 +159,11 @@ def unmet_check(segment_motion: SegmentMotion, selection: Selection) -> Diagnost
     return Diagnostic(
         code="constraint/conflict",
         severity=Severity.ERROR,
-        message=f"these circles have one centre at t = {when}, and their gap is another: by {number(off)}",
+        message=f"these circles are concentric at t = {when}, and their gap is off by {number(off)}",
         span=item.span,
         label=f"off by {number(off)}",
         labels=tuple(Label(plan.system.scene.things[thing].name_span, "a circle") for thing in discs),
-        notes=(
-            "about one centre their gap is the same whichever way one looks: nothing moves them to where they touch",
-        ),
+        notes=("the gap of concentric circles is the same in all directions, so no motion makes them touch",),
     ).advised("leave one of the centres free, or move it")
 
 

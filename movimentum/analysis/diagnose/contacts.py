@@ -1,4 +1,4 @@
-"""Contacts that are kept at one place while the outlines overlap at another."""
+"""Reports contacts held at one place while the outlines overlap at another."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each equation about a gap while whose outlines are nearer at another place than at the one that is
     followed: with the time, and, if a roller is larger than a hollow, the radius that would do.
     """
-    scene, told = motion.timeline.scene, set[int]()
+    scene, reported = motion.timeline.scene, set[int]()
     for segment_motion in motion.segments:
         segment = segment_motion.segment
         for item in segment.active:
-            if not item.touches or item.number in told or not item.gap_side:
+            if not item.touches or item.number in reported or not item.gap_side:
                 continue
             end = min(segment.end, motion.timeline.end)
             steps = INSTANTS if end > segment.start else 0
@@ -41,7 +41,7 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
             off: FloatArray = np.where(poses.solved, item.gap_side * read, np.nan)
             below: list[int] = np.nonzero(off < -OVERLAP_TOLD * motion.segments[0].plan.size)[0].tolist()
             if below:
-                told.add(item.number)
+                reported.add(item.number)
                 worst = int(np.argmin(np.where(np.isnan(off), np.inf, off)))
                 when = f"from t = {time_text(float(times[below[0]]))} on"
                 deep = f", by up to {-float(off[worst]):.3g} px at t = {time_text(float(times[worst]))}"
@@ -51,7 +51,7 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
                 if (
                     undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}", corners=True)
                 ) is not None:
-                    told.add(item.number)
+                    reported.add(item.number)
                     yield undercut
 
 
@@ -69,19 +69,19 @@ def _undercut(scene: Scene, item: Constraint, what: str, *, corners: bool = Fals
             message = (
                 f"`{one.name}`, of radius {roller.radius:g}, is too large for the hollows of `{other.name}`: {what}"
             )
-            told = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
+            diagnostic = Diagnostic("contact/undercut", Severity.WARNING, message, item.span)
             if least == 0.0:
                 point = f"`.on({one.name}.{one.anchors[0].name}, {other.name}) = 0`"
                 rounded = f"round it with {roller.radius:g} or more"
-                return told.advised(f"no roller goes into a sharp corner: {rounded}, or let a point go: {point}")
-            return told.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
+                return diagnostic.advised(f"no roller goes into a sharp corner: {rounded}, or let a point go: {point}")
+            return diagnostic.advised(f"a radius of {least:.4g} or less would do, or less deep hollows")
     return None
 
 
 def _second(item: Constraint, when: str) -> Diagnostic:
     message = f"these touch where they are followed, and overlap at another place {when}"
-    told = Diagnostic("contact/second", Severity.WARNING, message, item.span)
-    return told.advised("draw them nearer to that place, if it is the one that is meant")
+    diagnostic = Diagnostic("contact/second", Severity.WARNING, message, item.span)
+    return diagnostic.advised("draw them nearer to that place, if it is the one that is meant")
 
 
 def hollow(curve: Contour, *, corners: bool = False) -> float:

@@ -1,4 +1,4 @@
-"""Which lengths a cord can have: the shortest and the longest of all poses that meet everything else."""
+"""The possible lengths of a cord: the shortest and the longest over all poses that meet everything else."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ def too_long_or_short(segment_motion: SegmentMotion, block: Block, chosen: Seque
     scene = segment_motion.plan.system.scene
     numbers = {item.number for item in chosen}
     stated = [(item, cord) for item in scene.constraints() if item.number in numbers for cord in cords_of(item)]
-    found = (_told(segment_motion, block, item, cord) for item, cord in stated)
+    found = (_length_diagnostic(segment_motion, block, item, cord) for item, cord in stated)
     return next((each for each in found if each is not None), None)
 
 
-def _told(segment_motion: SegmentMotion, block: Block, item: Constraint, cord: Cord) -> Diagnostic | None:
+def _length_diagnostic(segment_motion: SegmentMotion, block: Block, item: Constraint, cord: Cord) -> Diagnostic | None:
     scene = segment_motion.plan.system.scene
     sides = [side for side in (*item.left, *item.right) if side.value is not None]
     if len(sides) != 1 or len(item.left) != 1 or not any(isinstance(stop, Wheel) for stop in cord.stops):
@@ -164,8 +164,8 @@ class _WithoutCord:
         """A pose with the turns of the cords that its places make."""
         u, scale = u.copy(), self.demands.scale
         if self.turns is not None:
-            told = self.turns([np.array([value]) for value in u * scale], self.demands.clocks)
-            for (n, first), off in zip(self.bearings, told, strict=True):
+            angles = self.turns([np.array([value]) for value in u * scale], self.demands.clocks)
+            for (n, first), off in zip(self.bearings, angles, strict=True):
                 turn = float(np.ravel(off)[0]) + u[n] * scale[n]
                 u[n] = (first + (turn - first) % 360.0) / scale[n]
         return u
@@ -204,8 +204,8 @@ class _WithoutCord:
         least = -INEQUALITY_MET * self.demands.plan.size
 
         def above(function: Compiled | None, lowest: float) -> bool:
-            told = () if function is None else function(state, self.demands.clocks)
-            return all(float(np.ravel(value)[0]) >= lowest for value in told)
+            values = () if function is None else function(state, self.demands.clocks)
+            return all(float(np.ravel(value)[0]) >= lowest for value in values)
 
         return above(self.wraps, -UNWRAPPED_DEG) and above(self.sides, least)
 
@@ -228,12 +228,12 @@ class _WithoutCord:
             if size <= CORD_ENDS * self.demands.plan.size or abs(length) > far:
                 break
             moved = self._met(z + step * way / size)
-            told = None if moved is None else self._at(moved)
-            if moved is None or told is None or not sign * (told[2] - length) > 0.0:
+            reached = None if moved is None else self._at(moved)
+            if moved is None or reached is None or not sign * (reached[2] - length) > 0.0:
                 step /= 3.0
                 if step <= CORD_ENDS:
                     break
                 continue
-            z, (_, slopes, length, uphill) = moved, told
+            z, (_, slopes, length, uphill) = moved, reached
             step = min(1.6 * step, LONGEST_STEP)
         return length

@@ -1,4 +1,4 @@
-"""Cords that a wheel would have to pull, and drums from which more comes off than was wound on."""
+"""Reports wheels that a cord would have to push, and drums that unwind more than was wound on."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ def slack(motion: PathMotion) -> Iterator[Diagnostic]:
     scene = motion.timeline.scene
     equations = (item for item in scene.constraints() if item.relation is Relation.EQUAL)
     stated = {item.number: (item, found) for item in equations if (found := cords_of(item))}
-    told: set[tuple[Cord, int]] = set()
+    reported: set[tuple[Cord, int]] = set()
     for segment_motion in motion.segments if stated else ():
         here = dict.fromkeys(item.number for item in segment_motion.segment.active)
         for item, found in (stated[each] for each in here if each in stated):
             for cord in found:
                 for wrap in CordParts(scene, cord).wraps:
-                    if (cord, wrap.stop) in told:
+                    if (cord, wrap.stop) in reported:
                         continue
                     when = _first_below(segment_motion, wrap)
                     if when is not None:
-                        told.add((cord, wrap.stop))
-                        yield _told(motion, item, cord, wrap, segment_motion.segment.start + Fraction(when))
+                        reported.add((cord, wrap.stop))
+                        yield _slack_diagnostic(motion, item, cord, wrap, segment_motion.segment.start + Fraction(when))
 
 
 def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
@@ -119,7 +119,7 @@ def numbered(number_of: Mapping[Hashable, int], node: Expr) -> Expr | None:
     return symbol(number_of[node.payload]) if node.op == "symbol" else None
 
 
-def _told(motion: PathMotion, item: Constraint, cord: Cord, wrap: Wrap, time: Fraction) -> Diagnostic:
+def _slack_diagnostic(motion: PathMotion, item: Constraint, cord: Cord, wrap: Wrap, time: Fraction) -> Diagnostic:
     scene = motion.timeline.scene
     wheel, when = scene.things[wrap.wheel.thing], time_text(float(time))
     written = symbol_name(scene, cord)

@@ -1,4 +1,6 @@
-"""Where a motion leaves a table that it follows, and where differential equations were given up, or are how far off."""
+"""Reports where a motion leaves a table that it follows, and how accurate differential equations are or where they
+failed.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,7 @@ def table_left(segment_motion: SegmentMotion, block: Block, tau: float) -> Diagn
         return Diagnostic(
             "table/outside",
             Severity.ERROR,
-            f"`{column}` of {file} {end} at {number(beyond)}, and from t = {when} on it is asked beyond that",
+            f"`{column}` of {file} {end} at {number(beyond)}, and from t = {when} on a value beyond that is needed",
             notes=(f"the table goes from {number(first)} to {number(last)}",),
             helps=(
                 f"`.table(…){rest}.held` keeps its first and last values, `.periodic` repeats it",
@@ -86,7 +88,7 @@ def uncertain(segment_motion: SegmentMotion, block: Block, track: FlowTrack) -> 
         "of the largest value",
         span=span_of_blocks(segment_motion, (block.number,)),
         notes=(f"it is more than 1e-9 from t = {time_text(first)} on, and largest at t = {when}",),
-        helps=("a shorter film; a motion that is chaotic magnifies the smallest difference",),
+        helps=("make the film shorter: a chaotic motion magnifies the smallest difference",),
     )
 
 
@@ -105,13 +107,13 @@ def given_up(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic | No
         help_ = "replace the switch by a steep slope: `.min(1, .max(-1, v/0.01))` instead of `{ v > 0 : 1; -1 }`"
     elif Trouble.WORK in why:
         message = f"the differential equation of {_names(segment_motion, block)} takes too many steps"
-        note = f"it was given up at t = {when}: something turns or switches very often in this time"
-        help_ = "a shorter film, or slower oscillations"
+        note = f"the solver gave up at t = {when}: something turns or switches very often in this time"
+        help_ = "make the film shorter, or the oscillations slower"
     elif Trouble.AWAY in why:
         verb = "run" if " and " in _names(segment_motion, block) else "runs"
         code, message = "solve/runs-away", f"{_names(segment_motion, block)} {verb} away to infinity at t = {when}"
         note = "it grows ever faster: no solution of the equation goes beyond this time"
-        help_ = f"a film that ends before t = {when}"
+        help_ = f"end the film before t = {when}"
     else:
         return None
     return Diagnostic(

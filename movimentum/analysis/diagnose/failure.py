@@ -1,4 +1,4 @@
-"""Why there is no solution, reported once: contradictions, binds, inequalities that leave no solution."""
+"""Reports once why there is no solution: contradictions, binds, and inequalities that leave no solution."""
 
 from __future__ import annotations
 
@@ -121,9 +121,9 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
     at_once = trouble.begin <= AT_ONCE * length
     if conflict is not None:
         code = "constraint/conflict" if at_once else "solve/unreachable"
-        told = _contradiction(segment_motion, conflict, tau, code, lasting=False)
+        diagnostic = _contradiction(segment_motion, conflict, tau, code, lasting=False)
     else:
-        told = Diagnostic(
+        diagnostic = Diagnostic(
             code="solve/unreachable",
             severity=Severity.ERROR,
             message="",
@@ -131,9 +131,9 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
         )
     some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
     return replace(
-        told,
+        diagnostic,
         message=f"{some} agree at first, but contradict each other from t = {_at(segment_motion, trouble.begin)} on",
-        notes=(f"the amounts are those at t = {_at(segment_motion, tau)}", *told.notes),
+        notes=(f"the amounts are those at t = {_at(segment_motion, tau)}", *diagnostic.notes),
     ), 1 if at_once and conflict is not None else 3
 
 
@@ -162,24 +162,25 @@ def _no_beginning(
     for block in segment_motion.plan.blocks if selectors else refused:
         numbers = dict.fromkeys(segment_motion.plan.system.equations[e].constraint for e in block.equations)
         chosen = [c for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
-        if (told := too_long_or_short(segment_motion, block, chosen)) is not None:
-            return told, 3
+        if (diagnostic := too_long_or_short(segment_motion, block, chosen)) is not None:
+            return diagnostic, 3
     past = driven_past(segment_motion, selection) and not (first and always)
     if past and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
         return bound, 3
     if contradiction is None:
         if selectors:
-            told = _left_nothing(motion, segment_motion, trouble, 0.0)
+            diagnostic = _left_nothing(motion, segment_motion, trouble, 0.0)
             if not all(part.complete for part in selection.parts):
-                message = told.message.replace("no solution satisfies", "no solution that was found satisfies")
-                return replace(told, code="solve/not-converged", message=message, notes=(*told.notes, _MISSED)), 3
-            return told, 1 if told.code == "constraint/conflict" else 3
+                message = diagnostic.message.replace("no solution satisfies", "no solution that was found satisfies")
+                notes = (*diagnostic.notes, _MISSED)
+                return replace(diagnostic, code="solve/not-converged", message=message, notes=notes), 3
+            return diagnostic, 1 if diagnostic.code == "constraint/conflict" else 3
         unmet = unmet_check(segment_motion, selection)
         return (_not_found(segment_motion, selection), 3) if unmet is None else (unmet, 1)
-    from movimentum.analysis.diagnose.conflict import told
+    from movimentum.analysis.diagnose.conflict import conflict_of
 
     code = "constraint/conflict" if always else "solve/unreachable"
-    return _contradiction(segment_motion, told(contradiction), 0.0, code), 1 if always else 3
+    return _contradiction(segment_motion, conflict_of(contradiction), 0.0, code), 1 if always else 3
 
 
 def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction) -> bool:
@@ -202,7 +203,7 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
 def _contradiction(
     segment_motion: SegmentMotion, conflict: Conflict, tau: float, code: str, *, lasting: bool = True
 ) -> Diagnostic:
-    """What contradicts; unless it is ``lasting``, another length would help at this one moment only."""
+    """The contradiction; unless it is ``lasting``, another length would help at this one moment only."""
     scene = segment_motion.plan.system.scene
     chosen = [c for c in (constraint_of(segment_motion, n) for n in conflict.constraints) if c is not None]
     when = _at(segment_motion, tau)

@@ -1,4 +1,4 @@
-"""What was forgotten or means nothing: things that no statement mentions, and looks that are never seen."""
+"""Reports things that no statement mentions, and looks that are never seen."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Inequalities that select one solution among several, ready to paste.
+"""Proposes inequalities that select one of several solutions, ready to paste.
 
-An inequality is useful only if the motion that it selects never violates it. So each candidate is first followed
-through its segment. An inequality is offered only if it holds all the time, and fails for every other candidate at the
+A useful inequality must hold throughout the motion that it selects. So each candidate solution is followed through its
+segment first. An inequality is offered only if it always holds for that solution, and fails for every other one at the
 beginning.
 """
 
@@ -252,9 +252,9 @@ def described(
     anchor if all candidates turn it alike.
     """
     items = sorted(_differences(plan, candidates, followed, without), key=lambda item: -item[0])
-    told = [words for apart, words in items if apart > SEEN_APART]
+    differences = [words for apart, words in items if apart > SEEN_APART]
     return [
-        ", ".join(words[k] for words in told[:MOST_WORDS]) + (", …" if len(told) > MOST_WORDS else "")
+        ", ".join(words[k] for words in differences[:MOST_WORDS]) + (", …" if len(differences) > MOST_WORDS else "")
         or "differs in what is not drawn"
         for k in range(len(candidates))
     ]

@@ -1,4 +1,4 @@
-"""Jumps: things that are suddenly elsewhere, within the film or from its end to its beginning."""
+"""Reports jumps: things that are suddenly elsewhere, within the film or between its end and its beginning."""
 
 from __future__ import annotations
 
@@ -251,7 +251,7 @@ def _difference(poses: Poses, i: int, k: int, thing: Thing) -> _Difference:
 
 
 def _seen_turn(thing: Thing, turn: float) -> float:
-    """What one can see of a turn, in degrees: of a round thing nothing, of a gear less than a tooth.
+    """The visible part of a turn, in degrees: none for a round thing, less than a tooth for a gear.
 
     A second anchor may be where something else is, so things that have one must be back as they were.
     """

@@ -1,4 +1,4 @@
-"""Gears whose centres are too near or too far apart for their teeth, and gears turned until their teeth fit."""
+"""Reports gears whose centres are too near or too far apart for their teeth, and gears turned until their teeth fit."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each ``.mesh`` that turns a thing at its beginning, so that its teeth are in gaps: by which angle."""
     scene = motion.timeline.scene
     rest = {item.constraint.number: item for item in meshings(scene)}
-    told: set[int] = set()
+    reported: set[int] = set()
     for segment_motion in motion.segments:
         here = [rest.pop(item.number) for item in segment_motion.segment.active if item.number in rest]
         if not here:
@@ -122,10 +122,10 @@ def fitted_teeth(motion: PathMotion) -> Iterator[Diagnostic]:
                 added *= -item.ratio
             if not item.drawn_in_mesh and turned.kind is not RACK:
                 added = float(poses.angle[turned.number][0])
-                if turned.number in told or abs(added) > 180.0 / turned.toothed.teeth + TURNED_DEG:
+                if turned.number in reported or abs(added) > 180.0 / turned.toothed.teeth + TURNED_DEG:
                     continue  # by another statement
             if abs(added) > TURNED_DEG and turned.kind is not RACK:
-                told.add(turned.number)
+                reported.add(turned.number)
                 message = f"`{turned.name}` is turned by {number(added, 6)} degrees, so that its teeth fit"
                 yield Diagnostic(
                     code="mesh/fitted",

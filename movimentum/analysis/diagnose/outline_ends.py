@@ -1,4 +1,4 @@
-"""Where what touches an open curve comes to its end."""
+"""Reports where a contact reaches the end of an open curve."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
         refused = () if trouble.selection is None else trouble.selection.rejections
         blocks = [plan.blocks[each.block] for each in refused if each.past_end and each.block is not None]
         found = next((place for block in blocks for place in _open_places(segment_motion, block)), None)
-        return None if found is None else _told(motion, segment_motion, trouble, found, "would be beyond an end")
+        return None if found is None else _at_end(motion, segment_motion, trouble, found, "would be beyond an end")
     if trouble.kind is not FailureKind.GAP or trouble.block is None:
         return None
     pieces = [each for each in segment_motion.pieces if isinstance(each, Piece) and each.begin <= trouble.begin]
@@ -39,7 +39,7 @@ def end_of_curve(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fai
         near = AT_OUTLINE_END * (last - first)
         if value is not None and (value <= first + near or value >= last - near):
             which = "its beginning" if value <= first + near else "its end"
-            return _told(motion, segment_motion, trouble, place, f"leaves it at {which}")
+            return _at_end(motion, segment_motion, trouble, place, f"leaves it at {which}")
     return None
 
 
@@ -48,7 +48,7 @@ def _open_places(segment_motion: SegmentMotion, block: Block) -> list[ContactPla
     return [each for each in payloads if isinstance(each, ContactPlace) and not each.touch.outline.closed]
 
 
-def _told(
+def _at_end(
     motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, place: ContactPlace, what: str
 ) -> Diagnostic:
     plan = segment_motion.plan

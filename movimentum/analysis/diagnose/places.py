@@ -1,4 +1,4 @@
-"""The things that blocks place, and the constraint to point at."""
+"""Finds the things that blocks place, and the constraint to point at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pushes: why nothing can move any more, what begins inside each other, and what touches when."""
+"""Reports about pushing: jams, overlaps at the start, and when things touch."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _names(motion: PathMotion, pairs: Sequence[tuple[int, int] | None]) -> list[
 
 
 def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -> Diagnostic:
-    """What is driven on both sides: nothing gives way."""
+    """The error for two driven sides: nothing can give way."""
     when = _at(segment_motion, tau)
     scene = segment_motion.plan.system.scene
     names = [f"`{scene.things[side.thing].name}`" for pair in constraint.gaps[:1] for side in pair]
@@ -97,7 +97,7 @@ def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -
 
 
 def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, trouble: Failure) -> Diagnostic | None:
-    """What is driven, and overlaps as it begins to push."""
+    """The error for driven things that overlap as they begin to push."""
     selector = segment_motion.plan.system.selectors[rejection.selector or 0]
     constraint = constraint_of(segment_motion, selector.constraint)
     if not selector.pushes or constraint is None or not constraint.gaps:

@@ -1,4 +1,4 @@
-"""Where a motion comes to its end: a mechanism driven past its reach, and what runs away to infinity."""
+"""Reports where a motion ends: a mechanism driven past its reach, or a value that runs away to infinity."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ KEEP_OR_SKIP = Advised.of(
     "`{}` keeps the last good pose, `{}` leaves the frames out",
     *(Choose.ON_FAILURE.to(policy) for policy in (FailurePolicy.HOLD, FailurePolicy.SKIP)),
 )
-"""What can be done about frames without a solution, whatever the reason."""
+"""The help for frames without a solution, whatever the reason."""
 
 
 def driven_past(segment_motion: SegmentMotion, selection: Selection) -> bool:
@@ -183,7 +183,7 @@ def until_when(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
 def _conflict(
     motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, block: Block, carry: Carry
 ) -> tuple[float, Conflict | None]:
-    """What contradicts at the next frame (or in the middle, if there is none before there is a solution again), and
+    """The contradiction at the next frame (or in the middle, if there is none before there is a solution again), and
     when that is, as an offset.
     """
     from movimentum.analysis.diagnose.conflict import find_conflict

@@ -1,5 +1,6 @@
-"""What could end a contradiction: another length, a pin at another anchor, a statement less. Each is tried before it
-is offered.
+"""Proposes remedies for a contradiction: another length, a pin at another anchor, one statement less.
+
+Each remedy is tried before it is offered.
 """
 
 from __future__ import annotations

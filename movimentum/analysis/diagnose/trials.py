@@ -1,4 +1,4 @@
-"""Help that is tried before it is shown: the result of a script with one more statement."""
+"""Tries help before it is shown, by solving the script with one more statement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nothing determines or gives a value: free motion, variables, accelerations, derivatives."""
+"""Reports free motion, and variables, accelerations and derivatives without a value."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _where(segment_motion: SegmentMotion, rank: BlockRank, motion: FreeMotion) -
     return span_of_blocks(segment_motion, (rank.block,)) or (used.span if used is not None else None)
 
 
-def untold_rate(scene: Scene, error: RateError) -> Diagnostic:
+def rate_diagnostic(scene: Scene, error: RateError) -> Diagnostic:
     """A derivative that nothing tells."""
     constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
     who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
@@ -175,7 +175,7 @@ LOOKED_AT = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Lack:
+class MissingSpan:
     """From ``begin`` to ``end`` (None: from the beginning, to the end of the film) a variable has no value."""
 
     begin: float | None
@@ -190,34 +190,36 @@ class Lack:
         return f"{since} on" if self.end is None else f"{since} to t = {time_text(self.end)}"
 
 
-def lacks(motion: PathMotion, name: str) -> tuple[Lack, ...]:
+def missing_spans(motion: PathMotion, name: str) -> tuple[MissingSpan, ...]:
     """When a variable of the scene has no value, in order of time."""
     is_vector = motion.timeline.scene.variables[name].is_vector
-    found: list[Lack] = []
+    found: list[MissingSpan] = []
     begin: float | None = None
     lacking = False
     for number, segment_motion in enumerate(motion.segments):
         if has_value(segment_motion, name, is_vector):
             if lacking:
-                found.append(Lack(begin, float(segment_motion.segment.start)))
+                found.append(MissingSpan(begin, float(segment_motion.segment.start)))
             lacking = False
         elif not lacking:
             lacking, begin = True, float(segment_motion.segment.start) if number else None
-    return (*found, Lack(begin, None)) if lacking else tuple(found)
+    return (*found, MissingSpan(begin, None)) if lacking else tuple(found)
 
 
 def never_valued(motion: PathMotion) -> frozenset[str]:
     """The variables that have no value at any time."""
-    return frozenset(name for name in motion.timeline.scene.variables if lacks(motion, name) == (Lack(None, None),))
+    return frozenset(
+        name for name in motion.timeline.scene.variables if missing_spans(motion, name) == (MissingSpan(None, None),)
+    )
 
 
 def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each variable that has no value for some of the time."""
     for name, variable in motion.timeline.scene.variables.items():
-        found = lacks(motion, name)
+        found = missing_spans(motion, name)
         if not found:
             continue
-        never = found == (Lack(None, None),)
+        never = found == (MissingSpan(None, None),)
         yield Diagnostic(
             code=CODE,
             severity=Severity.NOTE,

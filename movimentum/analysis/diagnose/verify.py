@@ -1,6 +1,6 @@
 """The final check: every frame's solution against the constraints as the script states them, not as compiled.
 
-Frames near a singular position, where the last digits of a solution are lost, with their condition numbers.
+It also reports frames near a singular pose, where a solution loses its last digits, with their condition numbers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What becomes of the wishes that pull free motion: reached, blocked, or stuck where no velocity leads nearer."""
+"""Reports what became of wishes that pull free motion: reached, blocked, or stuck where no velocity leads nearer."""
 
 from __future__ import annotations
 

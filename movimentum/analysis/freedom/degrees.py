@@ -1,6 +1,4 @@
-"""Degrees of freedom: those of a scene's parts from the rank of their equations, which things are rigid together, and
-which statements are redundant.
-"""
+"""Degrees of freedom of a scene's parts, from the rank of their equations; rigid groups; redundant statements."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""A free block while time stands still: pulled by its wishes, and pushed aside to see whether it is stuck. What
-inequalities push is pulled by the same law as in the film.
+"""A free block while time stands still: its wishes pull it, and a nudge shows whether it is stuck.
+
+Pushing inequalities act by the same law as in the film.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Free motions: a canonical basis of them, described in the script's own names."""
+"""A canonical basis of the free motions, described in the script's own names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rank of a block's equations at a pose and near it: what is free, and what only looks free at a singular pose."""
+"""The rank of a block's equations at a pose and near it: tells real freedom from freedom only at a singular pose."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def rank_at(
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
     sparse = isinstance(block, Free) and block.sparse is not None
-    rank, free = memoized(lambda: ("rank", sparse, _said(rows)), lambda: _rank_of(rows, sparse=sparse))
+    rank, free = memoized(lambda: ("rank", sparse, _digest(rows)), lambda: _rank_of(rows, sparse=sparse))
     return rows, rank, free
 
 
-def _said(rows: FloatArray) -> Hashable:
-    """What stands for numbers of which there are many."""
+def _digest(rows: FloatArray) -> Hashable:
+    """A digest of many numbers."""
     from hashlib import blake2b  # closed forms have nothing to say it of
 
     return rows.shape, blake2b(rows.tobytes()).digest()
@@ -69,7 +69,7 @@ def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
     their left null space.
     """
     sparse = isinstance(block, Free) and block.sparse is not None
-    return memoized(lambda: ("stress", sparse, rank, _said(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
+    return memoized(lambda: ("stress", sparse, rank, _digest(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
 
 
 def _stress_of(rows: FloatArray, rank: int, *, sparse: bool) -> FloatArray:
@@ -157,7 +157,7 @@ class SparseRank:
         some = np.random.default_rng(5).normal(size=(n, count))
         for _ in range(STEPS):
             some = np.linalg.qr(self._factors.solve(some))[0]
-        told = np.zeros((max(self._rows.shape[0], count), count))
-        told[: self._rows.shape[0]] = self._rows @ some
-        _, singular, turned = np.linalg.svd(told, full_matrices=False)
+        projected = np.zeros((max(self._rows.shape[0], count), count))
+        projected[: self._rows.shape[0]] = self._rows @ some
+        _, singular, turned = np.linalg.svd(projected, full_matrices=False)
         return some @ turned[::-1].T, singular[::-1]

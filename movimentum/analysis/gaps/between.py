@@ -1,4 +1,4 @@
-"""How far pairs of things are apart at instants of one piece of a path: many pairs and many instants at once."""
+"""Distances between many pairs of things, at many instants of one piece of a path at once."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ class GapPairs:
             relative = placed.some(some).relative
             for number in distinct(pair[some]).tolist():
                 own = pair[some] == number
-                told = self._outlines if curves else self._facets
-                found[some[own]] = told(number, relative[:, own])
+                distances = self._outlines if curves else self._facets
+                found[some[own]] = distances(number, relative[:, own])
         return np.where(placed.seen, found, UNSEEN * self.size[pair])
 
     def _facets(self, number: int, pose: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What can overlap: the things that are seen and have an outline, and the pairs of them that may."""
+"""The visible things with an outline, and the pairs of them that may overlap."""
 
 from __future__ import annotations
 

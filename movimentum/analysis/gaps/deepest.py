@@ -1,4 +1,4 @@
-"""When things that overlap are deepest in each other, and how deep."""
+"""When overlapping things are deepest in each other, and how deep."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ BESIDE = np.array([-0.01, 0.0, 0.01])
 
 
 def deepest(
-    pairs: GapPairs, stretches: list[tuple[int, float, float]], known: GapIntervals
+    pairs: GapPairs, intervals: list[tuple[int, float, float]], known: GapIntervals
 ) -> tuple[FloatArray, FloatArray]:
     """When the things of each stretch (pair, from, to) overlap most, and by how much."""
-    best, found = np.zeros(len(stretches)), np.zeros(len(stretches))
-    low, high = (np.array([each[k] for each in stretches]) for k in (1, 2))
-    number = np.array([each[0] for each in stretches], dtype=np.int64)
+    best, found = np.zeros(len(intervals)), np.zeros(len(intervals))
+    low, high = (np.array([each[k] for each in intervals]) for k in (1, 2))
+    number = np.array([each[0] for each in intervals], dtype=np.int64)
     alive = np.nonzero(pairs.exact[number])[0]
     rough = ~pairs.exact[number]
     best[rough], found[rough] = _deepest_of_several_tops(pairs, number[rough], low[rough], high[rough])
@@ -79,14 +79,14 @@ def _deepest_of_several_tops(
             pair = np.concatenate([np.repeat(number[k], len(times) - ways) for k, times in some.items()])
             if ways:
                 ends = [np.concatenate([times[n : len(times) - 1 + n] for times in some.values()]) for n in (0, 1)]
-                told = pairs.travel(pair, *(pairs.placed(pair, each) for each in ends))
+                results = pairs.travel(pair, *(pairs.placed(pair, each) for each in ends))
             else:
-                told = pairs.depths(pair, np.concatenate(list(some.values())))
+                results = pairs.depths(pair, np.concatenate(list(some.values())))
             place = 0
             for k, times in some.items():
                 count = len(times) - ways
                 try:
-                    wanted[k] = searches[k].send(told[place : place + count])
+                    wanted[k] = searches[k].send(results[place : place + count])
                 except StopIteration as end:
                     best[k] = end.value
                     del wanted[k]

@@ -1,8 +1,7 @@
-"""When pairs of things overlap, on the continuous motion: frames have no part in it.
+"""When pairs of things overlap, found on the continuous motion, without regard to frames.
 
-Between two instants no distance changes by more than the things move; so most intervals are free without a further
-look. Others are halved until a distance bends too little to hide a root in them, and roots are then found to the last
-digits of the time.
+Between two instants no distance changes by more than the things move, so most intervals need no further look. Others
+are halved until a distance bends too little to hide a root. Roots are then found to the last digits of the time.
 """
 
 from __future__ import annotations
@@ -110,7 +109,7 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
     else:
         halves, roots = _settled(pairs, _close(pairs, near))
     times = _roots(pairs, roots)
-    stretches: list[tuple[int, float, float]] = []
+    intervals: list[tuple[int, float, float]] = []
     order = np.argsort(halves.pair, kind="stable")
     halves = halves.some(order)
     for number in distinct(np.concatenate([halves.pair[halves.first < -touch], roots.pair])).tolist():
@@ -121,13 +120,13 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
             edges.insert(0, (float(tau[0]), False))
         if not edges[-1][1]:
             edges.append((float(tau[-1]), True))
-        stretches += [(number, a, b) for (a, _), (b, _) in zip(edges[::2], edges[1::2], strict=False)]
-    when, deep = deepest(pairs, stretches, halves)
-    told = deep > touch  # others only touch: a distance that stays at 0 changes its sign by rounding
-    owner = np.array([each[0] for each in stretches], dtype=np.int64)
-    told[told] = ~_only_facets(pairs, owner[told], when[told], deep[told])
-    for k in np.nonzero(told)[0].tolist():
-        (number, a, b), time, depth = stretches[k], float(when[k]), float(deep[k])
+        intervals += [(number, a, b) for (a, _), (b, _) in zip(edges[::2], edges[1::2], strict=False)]
+    when, deep = deepest(pairs, intervals, halves)
+    overlapping = deep > touch  # others only touch: a distance that stays at 0 changes its sign by rounding
+    owner = np.array([each[0] for each in intervals], dtype=np.int64)
+    overlapping[overlapping] = ~_only_facets(pairs, owner[overlapping], when[overlapping], deep[overlapping])
+    for k in np.nonzero(overlapping)[0].tolist():
+        (number, a, b), time, depth = intervals[k], float(when[k]), float(deep[k])
         one, other = int(pairs.one[number]), int(pairs.other[number])
         names = pairs.bodies[one].thing.name, pairs.bodies[other].thing.name
         yield (one, other), Overlap(names, start + a, start + b, depth, start + time)

@@ -1,7 +1,7 @@
-"""Where bodies are at any instants of one piece of a path: polynomials through a few of its poses.
+"""Positions of bodies at any instants of one piece of a path, from polynomials through a few of its poses.
 
-A path is smooth between its nodes, so few poses give all others to rounding, which is much less work than solving each.
-Where it is not smooth (a kink, a thing that appears), poses are solved.
+A path is smooth between its nodes, so a few poses give all others to rounding, with far less work than solving each
+one. Where the path is not smooth (a kink, a thing that appears), poses are solved.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What overlaps, in words."""
+"""Words overlaps for messages and reports."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def overlap_diagnostics(scene: Scene, found: Sequence[Overlap]) -> Iterator[Diag
         more = f", and {counted(len(own) - 1, 'more time')}" if len(own) > 1 else ""
         when = f"{time_text(first.begin)} to {time_text(first.end)}"
         one, other = (by_name[name] for name in names)
-        told = Diagnostic(
+        diagnostic = Diagnostic(
             "contact/overlap",
             Severity.WARNING,
             f"`{one.name}` and `{other.name}` overlap from t = {when}{more}",
@@ -27,7 +27,7 @@ def overlap_diagnostics(scene: Scene, found: Sequence[Overlap]) -> Iterator[Diag
             labels=(Label(one.name_span, f"`{one.name}` is defined here"),),
             notes=(f"by up to {number(worst.depth, 4)} px, at t = {time_text(worst.deepest)}",),
         ).advised("if one passes over the other, state that: `.layer(1)` after the one and `.layer(2)` after the other")
-        yield real(told, scene.source)
+        yield real(diagnostic, scene.source)
 
 
 def overlaps_text(found: Sequence[Overlap]) -> str:

@@ -1,4 +1,4 @@
-"""All solutions at one moment, whichever path leads there."""
+"""All solutions at one moment, whether or not the path leads to them."""
 
 from __future__ import annotations
 

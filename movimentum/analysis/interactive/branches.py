@@ -1,4 +1,4 @@
-"""How safe the choice of branches is along the path, and the motions that are left, made there and back."""
+"""How safe the choice of branches is along the path, and free motions followed forwards and back."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""When an expression has a value, and where it is largest: on the continuous motion, free of frames.
+"""When an expression reaches a value, and where it is largest, on the continuous motion.
 
 An expression is known at any time with its exact rate. Each piece of the path is divided until the cubic through the
-values and rates at both ends of an interval tells its middle; then no root and no turn can hide in it. Roots are those
-of the expression itself, and turns those of its rate, both found by bisection to the last digits of the time.
+values and rates at both ends of an interval predicts its middle; then no root or extremum can hide in it. Roots of the
+expression and of its rate are found by bisection to the last digits of the time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Work that is given up if it takes too long: for libraries whose time cannot be predicted."""
+"""Deadlines for calls into libraries whose running time cannot be predicted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What determines a thing, an anchor or a variable, and the scalar equations of a step, block by block."""
+"""The statements that determine a thing, anchor or variable, and the scalar equations of a step, block by block."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def unknowns_of(plan: Plan, expressions: Iterable[Expr]) -> tuple[set[int], set[
 
 
 def determination(plan: Plan, expressions: Iterable[Expr]) -> Determination:
-    """What determines the value of ``expressions``: the blocks that it depends on, and no others.
+    """The blocks that determine the value of ``expressions``, and no others.
 
     Blocks are the smallest sets of equations that can be solved one after the other (`structure.decompose`), so no link
     of the chain can be left out; a block that is solved as a whole although it has redundant equations names them all.
@@ -86,8 +86,8 @@ def determination(plan: Plan, expressions: Iterable[Expr]) -> Determination:
 
 @dataclass(frozen=True, slots=True)
 class BlockEquations:
-    """What ``block`` solves: ``equations``, by number, each with the SymPy expression that is zero (None: an integral,
-    or one that is too long), and the ``solutions``: an unknown, and what it is (None: too long).
+    """The equations of ``block``: ``equations``, by number, each with the SymPy expression that is zero (None: an
+    integral, or one that is too long), and the ``solutions``: an unknown, and what it is (None: too long).
 
     World coordinates, y up; angles in radians inside; ``t`` counts from the step.
     """

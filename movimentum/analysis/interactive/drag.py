@@ -1,4 +1,4 @@
-"""Pulling at something in a scene at one moment, while all statements stay true."""
+"""Drags a point of a scene at one moment while all statements stay true."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Drag:
 
 
 class Grip:
-    """What a hand has taken hold of: expressions of a scene that it pulls to one target after the other.
+    """The expressions of a scene that a hand pulls, to one target after the other.
 
     Time stands still. Velocities are least, and all constraints are restored after every step, as for wishes
     (`solver.free.velocity`). Each move begins at the pose that the one before has left; the target is a parameter of

@@ -1,4 +1,4 @@
-"""Closed forms: the plan's blocks substituted into each other, as SymPy expressions of time."""
+"""Closed forms of a moment: the plan's blocks substituted into each other, as SymPy expressions of time."""
 
 from __future__ import annotations
 

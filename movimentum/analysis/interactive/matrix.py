@@ -1,7 +1,7 @@
-"""The Jacobian of each connected part of a scene at one moment, with the names of its rows and columns, its rank, its
-singular values and its null space.
+"""The Jacobian of each connected part of a scene at one moment, and the sensitivity of a value to each statement.
 
-How a value depends on each statement at one moment, by the implicit function theorem.
+The Jacobian comes with the names of its rows and columns, its rank, singular values and null space. Sensitivities
+follow from the implicit function theorem.
 
 All equations F(u) = 0 hold in a pose u. If the right side of a statement is larger by a little e, the pose moves by du
 with F'(u) du = e; so a value g(u) changes by g'(u) du. Where F' has no full rank, the least du is taken; a statement
@@ -251,7 +251,9 @@ def _slopes(
 def _directions(
     system: System, equations: Sequence[Equation], known: Sequence[float]
 ) -> list[tuple[FloatArray, Sensitivity]]:
-    """What one unit more of each statement, and one pixel more of each length, puts on the right of the equations."""
+    """The changes of the equations' right sides for one unit more of each statement, and one pixel more of each
+    length.
+    """
     found: list[tuple[FloatArray, Sensitivity]] = []
     rows_of: dict[int, list[int]] = {}
     for row, equation in enumerate(equations):

@@ -1,5 +1,5 @@
 # ruff: noqa: N802, N815 - SymPy finds the methods by its own names
-"""Formulas of SymPy as the language writes them, ready to paste into a statement."""
+"""SymPy formulas in the language's spelling, ready to paste into a statement."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class _Language(StrPrinter):
         return f"{{ {'; '.join(parts)} }}" if len(parts) > 1 else parts[0]
 
     def emptyPrinter(self, expr: Any) -> str:
-        """What SymPy can do and the language cannot."""
+        """An operation that SymPy has and the language has not."""
         raise Unspoken(str(expr))
 
 

@@ -1,4 +1,4 @@
-"""A group of equations made into a block: what is linear eliminated, a kernel chosen, code generated."""
+"""Makes a group of equations into a block: eliminates what is linear, chooses a kernel, generates code."""
 
 from __future__ import annotations
 

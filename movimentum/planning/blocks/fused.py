@@ -1,4 +1,4 @@
-"""Runs of closed-form blocks as one generated function each.
+"""Fuses runs of closed-form blocks into one generated function each.
 
 Solving block by block costs an interpreter's overhead for every block and computes shared subexpressions again; in one
 straight-line function a run costs what its arithmetic costs.

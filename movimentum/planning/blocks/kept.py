@@ -1,4 +1,4 @@
-"""Blocks that were made before: most steps of a script, and most edits, change few of a plan's equations."""
+"""Reuses blocks made before: most steps of a script, and most edits, change few of a plan's equations."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The kinds of blocks: unknowns that are solved for together, given those of earlier blocks.
+"""The kinds of blocks: groups of unknowns that are solved together, given those of earlier blocks.
 
-`Block` is a closed union. Each kind has what solving it needs and nothing else; how a path begins, is followed and is
-evaluated in a block of each kind is in `solver.kinds`.
+`Block` is a closed union. Each kind has what solving it needs and nothing else; `solver.kinds` says how a path through
+each kind begins, is followed and is evaluated.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The rows of a block that is pushed, besides its equations."""
+"""The rows of a pushed block, besides its equations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inequalities that push, and wishes below others: which groups they make one, and the rows of such a block."""
+"""Pushing inequalities and lower-ranking wishes: the groups that they join, and the rows of such a block."""
 
 from __future__ import annotations
 

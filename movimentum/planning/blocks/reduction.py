@@ -1,7 +1,7 @@
-"""What is linear in a block eliminated, what is left recognised (line and conic), and its roots as expressions.
+"""Eliminates what is linear in a block, recognises what is left (line and conic), and writes its roots as expressions.
 
-A quadratic block's branch is a sign, its distance from having no solution a margin. What is constant folds away: for
-the unit circle of a direction, which is what nearly every dyad comes down to, some twenty operations are left.
+A quadratic block's branch is a sign; its distance from having no solution is a margin. Constants fold away: for the
+unit circle of a direction, to which nearly every dyad reduces, some twenty operations are left.
 """
 
 from __future__ import annotations

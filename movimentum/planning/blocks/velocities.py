@@ -1,4 +1,4 @@
-"""What rates follow from: a block's equations as they were stated, and the block of a free motion's velocity."""
+"""The basis of rates: a block's equations as they were stated, and the block of a free motion's velocity."""
 
 from __future__ import annotations
 

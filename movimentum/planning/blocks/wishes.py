@@ -1,4 +1,4 @@
-"""Wishes in the unknowns that can follow them, and what they mean for the blocks: their order, and what draws them."""
+"""Wishes in terms of the unknowns that can follow them, and their effect on blocks: order, and what pulls each."""
 
 from __future__ import annotations
 

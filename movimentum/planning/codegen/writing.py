@@ -1,6 +1,6 @@
-"""The source of a function, written from its shape alone.
+"""Writes the source of a function from its shape alone.
 
-Whoever writes it has no number to decide by, so code is written once for each shape.
+The writer sees no numbers, so code is written once for each shape.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Constraints made into scalar rows over numbered unknowns, one after the other.
+"""Turns constraints into scalar rows over numbered unknowns, one after the other.
 
 Anchors become linear forms in poses, vector constraints become scalar rows, and lengths and angles become polynomials
 where that is equivalent.

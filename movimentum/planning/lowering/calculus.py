@@ -1,9 +1,7 @@
-"""Exact derivatives of expressions, with respect to an unknown or to time.
+"""Exact derivatives of expressions, and closed forms of the usual integrals over time.
 
-Closed forms of integrals over time, for the integrands that scripts are full of.
-
-Sums of terms  k * p^n,  k * sin(p),  k * cos(p),  k * exp(p)  with p linear in a clock, and polynomials in clocks: what
-constant speeds, accelerations and oscillations need. Whatever else comes is integrated numerically
+The closed forms are sums of terms k * p^n, k * sin(p), k * cos(p), k * exp(p) with p linear in a clock, and polynomials
+in clocks: enough for constant speeds, accelerations and oscillations. All other integrands are integrated numerically
 (`solver.path.piece.gauss_integral`).
 """
 

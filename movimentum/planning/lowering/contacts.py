@@ -1,4 +1,4 @@
-"""Places of contact in equations: unknowns that are followed along the path, or found anew where they are only read."""
+"""Places of contact in equations: unknowns followed along the path, or found afresh where they are only read."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a segment demands, as scalar rows over numbered unknowns: equations, inequalities, wishes.
+"""A segment's requirements as scalar rows over numbered unknowns: equations, inequalities, wishes.
 
-`System` is what the lowering of a segment's constraints (`lowering.system`) hands to decomposition and compilation.
+`System` is what lowering (`lowering.system`) hands to decomposition and compilation.
 """
 
 from __future__ import annotations

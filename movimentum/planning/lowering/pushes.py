@@ -1,4 +1,4 @@
-"""Inequalities that push, and wishes below others, in the unknowns of a system."""
+"""Pushing inequalities, and lower-ranking wishes, in the unknowns of a system."""
 
 from __future__ import annotations
 

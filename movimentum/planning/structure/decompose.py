@@ -1,4 +1,4 @@
-"""A system's equations grouped into blocks that can be solved one after the other.
+"""Groups a system's equations into blocks that can be solved one after the other.
 
 The Dulmage–Mendelsohn decomposition (Dulmage & Mendelsohn 1958; Pothen & Fan 1990, ACM TOMS 16): a maximum matching of
 equations to unknowns splits off what has unknowns to spare (free motion); the rest falls into strongly connected

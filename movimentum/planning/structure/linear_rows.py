@@ -1,7 +1,7 @@
-"""Large free blocks in fewer unknowns: what is linear with constant coefficients eliminated, sparsely.
+"""Large free blocks in fewer unknowns: eliminates, sparsely, what is linear with constant coefficients.
 
-In a linkage of rods the joints are such equations. Eliminating the rods' directions leaves the places of the joints as
-unknowns: half of what there was, and as sparse.
+In a linkage of rods the joints are such equations. Eliminating the rods' directions leaves the positions of the joints
+as unknowns: half as many, and as sparse.
 """
 
 from __future__ import annotations

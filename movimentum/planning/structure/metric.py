@@ -1,4 +1,4 @@
-"""How far anchors move: the quadratic form that least motion minimises."""
+"""The metric of least motion: a quadratic form that measures how far anchors move."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The equations of rates (``.d``): those of what is determined are differentiated, those of a free motion are the law
-that moves it.
-"""
+"""The equations of rates (``.d``): determined quantities are differentiated, free motions follow their law."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Linear equations between turns: what they determine together, and which of them say nothing new.
+"""Linear equations between turns: what they determine together, and which of them are redundant.
 
-Trains of gears are coupled (a carrier and its planets), and often say one thing twice (three planets between a sun and
-a ring). Both are decided by elimination, as the structure alone does not show it.
+Gear trains are coupled (a carrier and its planets) and often redundant (three planets between a sun and a ring). The
+structure alone does not show this, so both are decided by elimination.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which things are shapes of a ``.body``: known before any statement is written out."""
+"""Finds the things that are shapes of a ``.body``, before any statement is expanded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a text defines: its constants and parts first, then its things and copies, those of the copies included."""
+"""The definitions in a text: first constants and parts, then things and copies, including those inside copies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Script to first-edition items: every copy, turn of a loop and constant written out, all steps in order of time."""
+"""Expands a script to first-edition items: copies, loops and constants written out, steps in order of time."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ class _Expansion:
                     pass
 
     def views(self) -> Iterator[TimedView]:
-        """What the camera shows, with the times of the script's own steps; see `in_order`."""
+        """The camera's views, with the times of the script's own steps; see `in_order`."""
         times = [step.time for step in self._strands[0].steps] if self._strands else []
         for view, step in self._views:
             later = next((time for time in times[step + 1 :] if step >= 0 and time > times[step]), None)

@@ -1,4 +1,4 @@
-"""Files that a script includes: their constants and parts."""
+"""Included files: their constants and parts."""
 
 from __future__ import annotations
 

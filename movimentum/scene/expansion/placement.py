@@ -1,7 +1,7 @@
-"""How a copy of a part is placed, and what its statements say then.
+"""Where a copy of a part is placed, and how its statements change.
 
-A part's text is in a frame of its own, that of the part as it is written. A point p of it is at ``at + R(turned) M p``
-in the world, where M mirrors in the y axis or does nothing. So a placed copy moves like the part, carried along as a
+A part's text has a frame of its own, in which the part was written. A point p of it is at ``at + R(turned) M p`` in the
+world, where M mirrors in the y axis or is the identity. So a placed copy moves like the original, carried along as a
 picture would be.
 """
 
@@ -78,7 +78,7 @@ class CopyFrame:
         return Affine(*(column[axis].value or 0.0 for axis in (0, 1) for column in columns))
 
     def then(self, inner: CopyFrame) -> CopyFrame:
-        """That of a copy which a text at this placement places at ``inner``."""
+        """The placement of a copy that a text at this placement places at ``inner``."""
         turned = sub(self.turned, inner.turned) if self.mirrored else add(self.turned, inner.turned)
         return CopyFrame(self.placed(*inner.at), turned, self.mirrored != inner.mirrored)
 
@@ -93,7 +93,7 @@ def stated(value: Expr) -> Constant:
 
 
 def expr_of(constant: Constant) -> Expr:
-    """What a node of a constant stands for."""
+    """The value of a constant's node."""
     if isinstance(constant.computed, Expr):
         return constant.computed
     return ratio(constant.value) if isinstance(constant.value, Fraction) else const(constant.value)

@@ -1,4 +1,4 @@
-"""The product of the expansion: the first edition's items, names and constants looked up, steps in order of time."""
+"""The product of the expansion: first-edition items with names and constants resolved, steps in order of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expressions with their names looked up: constants become numbers, paths such as ``S[2].A`` the names of things."""
+"""Resolves names in expressions: constants become numbers, paths such as ``S[2].A`` become names of things."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Rewriter:
         return self._no_value(made, scope.place(root.span))
 
     def thing(self, root: Expression, scope: Scope) -> Expression | None:
-        """What names a thing before an anchor of it; None after an error."""
+        """The name of the thing before an anchor; None after an error."""
         made = self._made(root, scope, frozenset())
         if isinstance(made, Several):
             return self._no_set(made)
@@ -75,7 +75,7 @@ class Rewriter:
         return made
 
     def all_named(self, root: Expression, scope: Scope) -> list[Expression]:
-        """What names a thing, or several, one by one; nothing after an error."""
+        """The names of one or several things, one by one; nothing after an error."""
         made = self._made(root, scope, frozenset())
         if isinstance(made, Several):
             return [Name(name, span=made.span) for name in made.names]
@@ -310,7 +310,7 @@ class Rewriter:
         return Several(tuple(names), expression_text(node), span=span)
 
     def in_body(self, shape: str, name: str) -> str:
-        """What the body of a shape calls an anchor or a property of it."""
+        """The body's name for an anchor or a property of one of its shapes."""
         own = name not in self.things[shape].anchors and name in THING_MEMBERS
         return name if own else self.shapes[shape].prefix + name
 
@@ -378,7 +378,7 @@ class Rewriter:
 
 
 def _outside(name: str, scope: Scope) -> Entry | None:
-    """What ``name`` is in a text around the part."""
+    """The meaning of ``name`` in a text around the part."""
     around = scope.owner.outer
     while around is not None:
         found = around.owner.entries.get(name)

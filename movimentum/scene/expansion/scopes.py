@@ -1,4 +1,4 @@
-"""Where names are looked up: the script's scope, one for each copy of a part, and one for each turn of a loop."""
+"""Scopes for names: the script's, one for each copy of a part, and one for each turn of a loop."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class PartEntry:
 
 @dataclass(slots=True, eq=False)
 class Scope:
-    """What names mean in a text.
+    """The meanings of names in a text.
 
     ``outer`` is the scope of the text around it (in which a part is written, not in which it is used). ``prefix`` is
     put before the names of things and variables; a loop has those of the ``owner`` around it. ``shift`` is added to

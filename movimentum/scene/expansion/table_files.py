@@ -1,4 +1,4 @@
-"""The tables that a script reads of files, for `.table`."""
+"""The tables that a script reads from files, for `.table`."""
 
 from __future__ import annotations
 

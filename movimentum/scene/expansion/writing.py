@@ -1,4 +1,4 @@
-"""Single items with their names and constants looked up."""
+"""Writes out single items with their names and constants resolved."""
 
 from __future__ import annotations
 

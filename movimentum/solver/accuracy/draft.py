@@ -1,11 +1,11 @@
 """The tier `draft`: frames interpolated between instants at which the path is solved, where that is twice as fast.
 
-That is so for loops with more equations than unknowns, or with freedom left, which are solved instant by instant, in
-films of very many frames (docs/decisions/0034-draft.md). All else is as in `standard`.
+This is so for loops with more equations than unknowns, or with freedom left, which are solved instant by instant, in
+films of very many frames (docs/decisions/0034-draft.md). Everything else is as in `standard`.
 
-Every unknown is a cubic through four instants of each interval of the path's own grid. What that is off by is measured,
-not guessed: the path is solved at three more, halfway between those. Intervals in which something has no solution are
-solved frame by frame.
+Every unknown is a cubic through four instants of each interval of the path's own grid. Its error is measured, not
+guessed: the path is solved at three more instants, halfway between those. Intervals in which something has no solution
+are solved frame by frame.
 """
 
 from __future__ import annotations

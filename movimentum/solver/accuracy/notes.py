@@ -1,4 +1,4 @@
-"""Messages about the accuracy that a user asked for."""
+"""Messages about the requested accuracy."""
 
 from __future__ import annotations
 

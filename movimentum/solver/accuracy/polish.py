@@ -1,4 +1,4 @@
-"""One block's equations solved to the last digit of an arithmetic, from a float64 solution.
+"""Solves one block's equations to the last digit of an arithmetic, from a float64 solution.
 
 Residuals are evaluated in the arithmetic, from the equations as the script's numbers state them; the Jacobian is that
 of float64, so each step gains some 16 digits less those that the condition number costs (iterative refinement).
@@ -6,7 +6,7 @@ Where two solutions meet the Jacobian is singular and no such step converges: th
 of the *deflated* system F(x) = 0, F'(x) v = 0, h v = 1 (Ojika 1987). What is neither goes through Newton's method with
 a Jacobian of all digits.
 
-Poses with more digits than float64 has, and the float64 poses that are rounded from them.
+Multi-digit poses are rounded to float64 poses here, too.
 """
 
 from __future__ import annotations

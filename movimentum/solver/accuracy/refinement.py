@@ -1,7 +1,7 @@
 """The tiers `high` and `exact`: every frame's poses solved again in an arithmetic of more digits.
 
-The path decides which solution (as in `standard`); here it is only made better, block by block in the plan's order,
-so that each block starts from inputs that are already right. World positions are computed in the arithmetic too and
+The path decides which solution (as in `standard`); here it is only improved, block by block in the plan's order, so
+that each block starts from inputs that are already right. World positions are computed in the arithmetic too and
 rounded once.
 """
 

@@ -1,7 +1,7 @@
-"""Numbers of twice a float's precision: sums of two float64 (double-double), over NumPy arrays.
+"""Numbers with twice a float's precision: sums of two float64 (double-double), over NumPy arrays.
 
-Some 31 digits, on every machine and at array speed (`numpy.longdouble` is no wider than a double on many). Sums and
-products without error are Knuth's and Dekker's; what is built on them is plain series and Newton steps.
+Some 31 digits, on every machine and at array speed (`numpy.longdouble` is no wider than a double on many). Error-free
+sums and products are Knuth's and Dekker's; the rest is plain series and Newton steps.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Expressions evaluated in another arithmetic than float64: exactly as the script states them.
+"""Evaluates expressions in an arithmetic other than float64, exactly as the script states them.
 
-A constant is the decimal number that its float is the shortest spelling of (0.1 is a tenth); one that was folded is
-computed again from what it was folded from; pi and a degree's size in radians are what they are called.
+A constant is the decimal number that its float is the shortest spelling of (0.1 is a tenth). A folded constant is
+computed again from what it was folded from. Pi, and a degree in radians, are exact.
 """
 
 from __future__ import annotations

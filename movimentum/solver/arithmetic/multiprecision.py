@@ -1,6 +1,6 @@
-"""Numbers of any number of digits: mpmath's, in object arrays.
+"""Numbers with any number of digits: mpmath's, in object arrays.
 
-mpmath is imported when such numbers are made, and not before.
+mpmath is imported only when such numbers are made.
 """
 
 from __future__ import annotations

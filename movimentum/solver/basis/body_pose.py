@@ -1,5 +1,5 @@
-"""Where a thing is, from the unknowns of its pose, in any numbers that know +, - and *: floats, arrays over frames or
-variants, numbers with more digits, values with their slopes.
+"""A thing's position from the unknowns of its pose, in any numbers that support +, - and *: floats, arrays over frames
+or variants, numbers with more digits, values with their slopes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""How much work is done: counted, so that what is only tried out can be given up, and more for integrals at times.
+"""Counts work, so that trials can be given up; allows more for integrals at times.
 
-The count is of linearizations: of every Newton step, every step toward a pose to begin with, and every step of a
-free motion. The limit is that of the calling thread's context, for it would otherwise be an argument of every function
-between a trial and the step that it costs.
+It counts linearizations: every Newton step, every step toward a starting pose, and every step of a free motion. The
+limit is stored in the calling thread's context, as it would otherwise be an argument of every function between a trial
+and its steps.
 """
 
 from __future__ import annotations

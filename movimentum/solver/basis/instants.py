@@ -1,7 +1,6 @@
-"""Sets of times within one segment, and what the clocks read at them.
+"""Sets of times within one segment, and the readings of its clocks at them.
 
-`numpy.unique` and what is made of it load `numpy.ma` when they are called first, which takes longer than following a
-four-bar.
+`numpy.unique` and functions based on it load `numpy.ma` on first use, which takes longer than following a four-bar.
 """
 
 from __future__ import annotations

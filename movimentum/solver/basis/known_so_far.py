@@ -1,4 +1,4 @@
-"""Poses from the unknowns that are known so far, to ask where outlines are nearest to each other there."""
+"""Poses from the unknowns known so far, for finding where outlines are nearest to each other there."""
 
 from __future__ import annotations
 

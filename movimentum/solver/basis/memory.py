@@ -1,8 +1,8 @@
-"""What blocks came to before, for a timeline that is mostly the same.
+"""Remembers the results of blocks, for a timeline that is mostly the same.
 
-A block's path depends on the block, on what it begins with, and on the paths of the blocks before it. Where all of that
-is as it was, so is the path, to the last bit. The memory is that of the calling thread's context, for it would
-otherwise be an argument of every function between a timeline and its blocks.
+A block's path depends on the block, its starting state, and the paths of the blocks before it. If all of these are
+unchanged, so is the path, to the last bit. The memory is stored in the calling thread's context, as it would otherwise
+be an argument of every function between a timeline and its blocks.
 """
 
 from __future__ import annotations

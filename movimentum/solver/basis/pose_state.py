@@ -1,6 +1,6 @@
-"""What is carried from one segment (or piece) to the next: the pose of the scene at an instant, and just before it.
+"""The state carried from one segment (or piece) to the next: the scene's pose at an instant, and just before it.
 
-Poses are kept in the scene's terms, so that a plan with other frames can read them.
+Poses are stored in the scene's terms, so that a plan with other frames can read them.
 """
 
 from __future__ import annotations

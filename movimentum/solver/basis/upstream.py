@@ -1,4 +1,4 @@
-"""Which blocks of a plan others depend on, and which depend on nothing that is asked for."""
+"""Dependencies of a plan's blocks: which ones others depend on, and which ones nothing requested needs."""
 
 from __future__ import annotations
 

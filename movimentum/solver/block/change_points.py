@@ -1,4 +1,4 @@
-"""Where a quadratic's two roots meet: change points, to be passed through, and binds, beyond which there is no
+"""Where a quadratic's two roots meet: change points, which are passed through, and binds, beyond which there is no
 solution.
 
 Along a path the root is u = (-b + h) / 2a with h^2 = D, the discriminant. Where D has a zero of order two, h is a
@@ -7,7 +7,7 @@ on itself. (A parallelogram linkage whose sign does not flip becomes an antipara
 zero, it must not flip. So the branch is decided by the zeros of D, which are located and classified; no extrapolation
 is involved.
 
-Whether two solutions meet at an instant: what depends on them is then only known to the root of rounding.
+Where two solutions meet, quantities that depend on them are known only to the square root of the rounding error.
 """
 
 from __future__ import annotations

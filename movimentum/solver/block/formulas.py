@@ -1,7 +1,7 @@
-"""Unknowns of one segment that are formulas of time alone: what integrals of them need to have all digits.
+"""Unknowns of a segment that are formulas of time alone; integrals of these have all digits.
 
-``speed = .i(acceleration); acceleration = 180;`` makes the speed a closed form, and ``.i(speed)`` another. What an
-integral had come to when the segment began is a number, not a formula: it enters as a constant of its own.
+``speed = .i(acceleration); acceleration = 180;`` makes the speed a closed form, and ``.i(speed)`` another. The value
+that an integral has reached when the segment begins is a number, not a formula: it enters as a constant of its own.
 """
 
 from __future__ import annotations

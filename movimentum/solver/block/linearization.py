@@ -1,13 +1,11 @@
-"""A block's rows linearised at one instant: the least motion that they let be, and the way back onto them.
+"""A block's rows linearised at one instant: the least motion that they allow, and the step back onto them.
 
 Two ways to solve the same problem: small blocks by a singular value decomposition (here), large ones by a sparse
 factorisation (`solver.block.sparse`).
 
-Whether equations that determine their unknowns by their number leave a motion all the same.
-
-That is so where some are redundant by their geometry (a third parallel crank, the rhombuses of a tiling). At a dead
-centre the rank is lost too, and nothing can move: so another solution is looked for beside it, where the rank must be
-lost again.
+It also tests whether equations that by their number determine their unknowns still allow a motion. They do if some are
+geometrically redundant (a third parallel crank, the rhombuses of a tiling). At a dead centre the rank drops too,
+although nothing can move; so another solution is looked for nearby, where the rank must drop again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One Newton block at one instant of its path: its velocity there, and the way back onto its equations."""
+"""One Newton block at one instant of its path: its velocity there, and the step back onto its equations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Places of contact on open outlines: the expressions of a curve go on beyond its ends, it does not."""
+"""Places of contact on open outlines: a curve's expressions continue beyond its ends, the curve does not."""
 
 from __future__ import annotations
 

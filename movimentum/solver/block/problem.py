@@ -1,8 +1,7 @@
-"""The equations of one block, given what it reads: residuals and Jacobians as functions of its core unknowns alone.
+"""The equations of one block, given its inputs: residuals and Jacobians as functions of its core unknowns alone.
 
-Linear algebra of a block's rows: scaled before any decision, and damped where a direction loses its strength.
-
-The natural sizes of unknowns, which errors and steps are measured in.
+Rows and unknowns are scaled by their natural sizes before any decision, and damped in directions that lose their
+strength.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Large free blocks at one instant: steps from sparse factorisations.
 
-A step that is least in the block's metric and satisfies the linearised rows solves the saddle point system
-[M J'; J -e] (Nocedal & Wright, *Numerical Optimization*, 16.1). The small -e lets redundant rows be: directions whose
-singular value is below 1e-5 of a row's length are left out. It makes the matrix quasi-definite, so that any order of
-elimination will do (Vanderbei 1995, SIAM J. Optim. 5); what it costs in accuracy, refinement restores.
+A step that is least in the block's metric and satisfies the linearised rows solves the saddle point system [M J'; J -e]
+(Nocedal & Wright, *Numerical Optimization*, 16.1). The small -e ignores redundant rows: directions whose singular value
+is below 1e-5 of a row's length are left out. It makes the matrix quasi-definite, so that any order of elimination will
+do (Vanderbei 1995, SIAM J. Optim. 5); refinement restores the accuracy that it costs.
 """
 
 from __future__ import annotations

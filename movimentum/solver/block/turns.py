@@ -1,4 +1,4 @@
-"""Full turns in what a search finds: an angle is found somewhere, and meant near to where it was."""
+"""Full turns in search results: an angle found anywhere is moved by full turns to near its previous value."""
 
 from __future__ import annotations
 

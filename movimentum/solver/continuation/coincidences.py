@@ -1,9 +1,8 @@
-"""Times at which a dyad's two circles become one and part again (a rhombus that folds flat, a scissor lift that is
-level).
+"""Times at which a dyad's two circles coincide and separate again (a rhombus that folds flat, a level scissor lift).
 
-Every point of the circles is an intersection then, and the line through the two that there are otherwise may turn by
-half a turn, so that the branch's sign must change for the motion to go on. Which of the two signs goes on smoothly is
-seen by extrapolating from both sides.
+At such a time every point of the circles is an intersection. The line through the usual two may turn by half a turn, so
+the branch's sign may have to change for the motion to continue. Which sign continues smoothly is seen by extrapolating
+from both sides.
 """
 
 from __future__ import annotations

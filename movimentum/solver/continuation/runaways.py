@@ -1,13 +1,12 @@
-"""Times at which something runs away to infinity and comes back from the other side: poles of what blocks compute.
+"""Times at which something runs away to infinity and comes back from the other side: poles of computed values.
 
-They are zeros of what is divided by: of the divisors in a block's equations, of the leading coefficient of a quadratic
-one, and of the determinant of a linear one (two lines that become parallel). Zeros are seen between nodes, so no frame
-needs to be near. What is a zero of the dividend too is no pole: the growth beside it tells.
+They are zeros of divisors: in a block's equations, the leading coefficient of a quadratic one, and the determinant of a
+linear one (two lines that become parallel). Zeros are detected between nodes, so no frame needs to be near. A zero
+shared with the dividend is not a pole: the growth beside it tells.
 
-Where an integral has no finite value: poles of its integrand, also those that quadrature steps across.
-
-An integrable singularity, |t - t*|^-p with p < 1, only makes quadrature slow; at a pole, p >= 1, what comes behind it
-is meaningless. Both leave intervals that refinement does not mend, so p is read off the integrand's growth there.
+Poles of integrands are found too, also those that quadrature steps across; there the integral has no finite value. An
+integrable singularity, |t - t*|^-p with p < 1, only makes quadrature slow; beyond a pole, p >= 1, the result is
+meaningless. Both leave intervals that refinement does not improve, so p is read off the integrand's growth there.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ makes an error in time that grows without bound as the drive slows down. The fol
 larger system: the equations, and a vector that the Jacobian takes to zero (Moore & Spence 1980, SIAM J. Numer. Anal.
 17; Seydel, *Practical Bifurcation and Stability Analysis*, ch. 5).
 
-At a kink a path turns at once, or its speed is infinite for a moment. It goes on where the Jacobian has the same
-orientation on both sides, and turns back where it has not, as a piecewise smooth equation has one solution for each
-time then (Scholtes, *Introduction to Piecewise Differentiable Equations*, 2012).
+At a kink a path turns abruptly, or its speed is infinite for a moment. It continues if the Jacobian has the same
+orientation on both sides, and turns back if not, as a piecewise smooth equation then has one solution for each time
+(Scholtes, *Introduction to Piecewise Differentiable Equations*, 2012).
 
 At a singular pose, with a vector w that the Jacobian takes to zero, and l that takes the Jacobian to zero, the
 equations F + m l = 0 and w . (x - x0) = a have one solution for every small a. Poses a little later are the zeros of

@@ -3,12 +3,11 @@
 The predictor continues position, velocity and acceleration, the corrector is Newton's method. A step counts only if the
 corrector moved little and the two velocities integrate to the displacement.
 
-Long steps along a smooth path of one Newton block, and all nodes between them at once.
-
-Between the nodes of a path's grid nothing much happens; most steps are as short as they are because nodes must not be
-passed by. So a path first strides over several nodes at a time, with the same conditions on a step as ever. Then all
-nodes that were passed are solved together, from the cubic through the strides' ends, and every interval between
-neighbours must meet the conditions as if it had been stepped. What does not is left to single steps.
+Strides take long steps along a smooth path of one Newton block, and find all nodes between them at once. Between the
+nodes of a path's grid little happens; most steps are short only because they must stop at nodes. So a path first
+strides over several nodes at a time, under the same conditions on a step. Then all passed nodes are solved together,
+from the cubic through the strides' ends, and every interval between neighbours must meet the conditions as if it had
+been stepped. Intervals that do not are left to single steps.
 """
 
 from __future__ import annotations

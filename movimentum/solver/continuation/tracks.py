@@ -1,6 +1,4 @@
-"""Tracks: what identifies the branch that a block is on over a piece of path, so that any set of instants can be solved
-at once and on the same path.
-"""
+"""Tracks: identify the branch that a block is on over a piece of path, so that any instants can be solved at once."""
 
 from __future__ import annotations
 

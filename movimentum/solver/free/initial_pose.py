@@ -1,4 +1,4 @@
-"""The pose of a free block to begin with: things turned least, or moved least, under the block's equations."""
+"""The starting pose of a free block: things turned least, or moved least, under the block's equations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The derivatives of a free motion by the law that moves it, and those of all blocks that it depends on."""
+"""The derivatives of a free motion, from the law that moves it, and those of all blocks that it depends on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Free motion of one block at an instant: its least velocity, and the shortest way back onto its equations.
+"""Free motion of one block at an instant: its least velocity, and the shortest step back onto its equations.
 
 Both are least in the block's metric, which weighs all anchors alike, so nothing depends on how the equations' null
 space is written down.

@@ -1,7 +1,7 @@
 """V variants of one plan at T instants: what the kernels of all kinds solve at once.
 
-The blocks are lifted: their code reads the constants that vary from the state, behind the unknowns, as arrays (V, 1).
-So what a block computes broadcasts to (V, T), and an ordinary script is one variant.
+The blocks are lifted: their code reads the varying constants from the state, after the unknowns, as arrays (V, 1). So
+everything that a block computes broadcasts to (V, T), and an ordinary script is one variant.
 """
 
 from __future__ import annotations

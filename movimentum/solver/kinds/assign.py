@@ -1,4 +1,4 @@
-"""Blocks whose unknowns are all given as they stand."""
+"""Blocks whose unknowns are all given explicitly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kinds of blocks have in common: how a path begins, goes on and is evaluated in a block."""
+"""What all kinds of blocks share: how a path begins, continues and is evaluated in a block."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The least motion of a free block, integrated for many variants at once: `solver.continuation.free_motion.drift`,
-whose steps each variant takes for itself, at times of its own. What drift would give up accuracy for is left to it.
+"""The least motion of a free block, integrated for many variants at once: `solver.continuation.free_motion.drift`, with
+each variant choosing its own steps and times. Cases in which drift would give up accuracy are left to it.
 """
 
 from __future__ import annotations

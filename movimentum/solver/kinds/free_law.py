@@ -1,5 +1,5 @@
-"""Free motion of many variants: `solver.free.velocity` and `solver.block.linearization` for a block that has a pose, an
-instant and numbers of its own in each of N variants. (One pose alone has its own, with plain arrays.)
+"""Free motion of many variants: `solver.free.velocity` and `solver.block.linearization` for a block with its own pose,
+instant and numbers in each of N variants. (Single poses are handled there, with plain arrays.)
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Free blocks across variants: what is lifted, the nodes of each variant's path, and the motion along it."""
+"""Free blocks across variants: the lifted block, the nodes of each variant's path, and the motion along it."""
 
 from __future__ import annotations
 

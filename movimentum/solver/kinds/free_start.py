@@ -1,5 +1,5 @@
 """Where free blocks of many variants begin: `solver.free.initial_pose` and `free_start` of
-`solver.solutions.newton_starts` for V variants at once. What comes near to another choice is left to them.
+`solver.solutions.newton_starts` for V variants at once. Close choices are left to those.
 """
 
 from __future__ import annotations

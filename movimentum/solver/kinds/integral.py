@@ -1,4 +1,4 @@
-"""Integrals over time of what earlier blocks determine."""
+"""Integrals over time of quantities from earlier blocks."""
 
 from __future__ import annotations
 

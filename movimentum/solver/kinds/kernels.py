@@ -1,4 +1,4 @@
-"""The registry: what begins, follows and evaluates a block of each kind."""
+"""The registry of kernels, which begin, follow and evaluate a block of each kind."""
 
 from __future__ import annotations
 

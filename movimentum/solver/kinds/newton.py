@@ -1,4 +1,4 @@
-"""Blocks that Newton's method solves, with freedom left or without."""
+"""Blocks that Newton's method solves, with or without freedom left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks in which inequalities push."""
+"""Blocks with pushing inequalities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Velocities (and accelerations) of free motions, by the law that moves them, and of what is pushed."""
+"""Velocities (and accelerations) of free motions and pushed things, by the law that moves them."""
 
 from __future__ import annotations
 

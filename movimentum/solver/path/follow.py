@@ -1,7 +1,7 @@
-"""Following the path of all blocks over one piece, on the path's own time grid.
+"""Follows the path of all blocks over one piece, on the path's own time grid.
 
-Where a block's values end: they are not finite, or a place of contact leaves an open outline at one of its ends (the
-expressions of a curve go on there, it does not).
+It also finds where a block's values end: they are not finite, or a place of contact leaves an open outline at one of
+its ends (the expressions of a curve continue there, the curve does not).
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""The path a block is on, and evaluating all blocks on their paths at any instants.
+"""Pieces of path: the path that a block is on, and the evaluation of all blocks at any instants.
 
-A *piece* is an interval of one segment over which the motion is continuous. For each block it has a track:
-what identifies the block's branch, so that any set of instants can be solved at once and on the same path.
+A *piece* is an interval of one segment over which the motion is continuous. For each block it has a track, which
+identifies the block's branch, so that any set of instants can be solved at once and on the same path.
 
-Evaluating a piece also where its equations say nothing for an instant: there the pose is the limit of the motion.
-
-Where the two circles of a dyad become one (a rhombus that folds flat, a scissor lift that is level), every point of
-them is an intersection, and near by the right one is lost in rounding. The motion comes in and goes out smoothly, so
-the pose is interpolated from both sides, as far from the instant as rounding asks for and no farther.
+Where the equations say nothing for an instant, the pose is the limit of the motion. If the two circles of a dyad
+coincide (a rhombus that folds flat, a level scissor lift), every point of them is an intersection, and nearby the right
+one is lost in rounding. The motion comes in and goes out smoothly, so the pose is interpolated from both sides, from as
+near to the instant as rounding allows.
 """
 
 from __future__ import annotations

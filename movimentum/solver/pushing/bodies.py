@@ -1,4 +1,4 @@
-"""All outlines of a block together: where they are, which of their parts are near each other, and how far apart."""
+"""All outlines of a block together: where they are, which of their parts are close, and how far apart."""
 
 from __future__ import annotations
 

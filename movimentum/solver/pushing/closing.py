@@ -1,7 +1,7 @@
-"""What comes to touch in a step of a phase, and when.
+"""What comes into contact in a step of a phase, and when.
 
-Which values and gaps may close is seen at a few instants of the step. When they do is then looked for on its dense
-poses (`solver.pushing.dense`), and at last on the equations.
+A few instants of the step show which values and gaps may close. The times are then found on its dense poses
+(`solver.pushing.dense`), and finally on the equations.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The inequalities of a block that is pushed, at instants: values, derivatives, and which outlines touch where."""
+"""The inequalities of a pushed block at instants: values, derivatives, and which outlines touch where."""
 
 from __future__ import annotations
 

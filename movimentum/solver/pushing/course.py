@@ -1,4 +1,4 @@
-"""A block that is pushed, at instants of its path: what moves it, and the way back onto its equations."""
+"""A pushed block at instants of its path: what moves it, and the step back onto its equations."""
 
 from __future__ import annotations
 

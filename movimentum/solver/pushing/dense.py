@@ -1,5 +1,5 @@
-"""A step of a phase at any time: Chebyshev series through the poses at a few instants of it (Trefethen, *Approximation
-Theory and Approximation Practice*, ch. 3, 4). What happens in the step is looked for on them: these poses cost nothing.
+"""A step of a phase at any time: Chebyshev series through the poses at a few of its instants (Trefethen, *Approximation
+Theory and Approximation Practice*, ch. 3, 4). Events in the step are searched for on these poses, which cost nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The nearest pose found in which nothing overlaps any more, and all equations hold."""
+"""Finds the nearest pose in which nothing overlaps any more, and all equations hold."""
 
 from __future__ import annotations
 

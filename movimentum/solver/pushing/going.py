@@ -1,4 +1,4 @@
-"""The motion of a phase, in which the same contacts hold: how it goes on, and why it ends."""
+"""The motion of a phase, during which the same contacts hold: how it continues, and why it ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many instants of a phase at once: the poses that satisfy the equations, and are held by the phase's contacts."""
+"""Many instants of a phase at once: poses that satisfy the equations and keep the phase's contacts."""
 
 from __future__ import annotations
 

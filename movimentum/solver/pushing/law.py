@@ -1,5 +1,5 @@
-"""How things move that are pushed: of all velocities that the equations and the inequalities that touch allow, those
-that follow the wishes; of these, those that follow the wishes below them, level by level; and of these the least.
+"""How pushed things move: of all velocities that the equations and the touching inequalities allow, those that follow
+the wishes; of these, those that follow the lower-ranking wishes, level by level; and of these the least.
 
 The unknowns' velocities are measured in the block's metric: v = W y, with W' M W = 1.
 """

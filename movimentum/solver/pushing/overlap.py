@@ -1,4 +1,4 @@
-"""Whether outlines that push each other overlap from the beginning, and how deep."""
+"""Whether outlines that push each other overlap at the start, and how deep."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Following a block that is pushed: phases in which the same contacts hold it, and the events between them.
+"""Follows a pushed block: phases with the same contacts, and the events between them.
 
-In a phase what holds is kept as equations, and the motion is smooth (`solver.continuation.free_motion`). It ends where
-a value or a gap closes, where a contact leaves one of its parts, and where it opens: where the velocity that the
-inequalities allow is not that of the equations. Contacts come from the pose before, never from one that is tried, so
-nothing goes through anything.
+In a phase its contacts are equations, and the motion is smooth (`solver.continuation.free_motion`). It ends where a
+value or a gap closes, where a contact leaves one of its parts, and where it opens: where the velocity that the
+inequalities allow is not that of the equations. Contacts come from the previous pose, never from a trial pose, so
+nothing passes through anything.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The quadratic program of a push: of all vectors that inequalities allow, the shortest one."""
+"""The quadratic program of a push: the shortest vector that inequalities allow."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The signs that a phase goes on: what holds presses, and what touches besides does not close.
+"""The signs by which a phase continues: its contacts press, and other touching pairs do not close.
 
-Along a step they are smooth, so its instants tell where one of them comes to be negative between them, too.
+Along a step these signs are smooth, so its instants also show where one of them becomes negative in between.
 """
 
 from __future__ import annotations

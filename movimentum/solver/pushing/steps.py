@@ -1,4 +1,4 @@
-"""One step of a phase: when something comes to touch in it, and when what holds leaves its parts."""
+"""One step of a phase: when a new contact occurs in it, and when a contact leaves its parts."""
 
 from __future__ import annotations
 

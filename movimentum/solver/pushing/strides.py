@@ -1,9 +1,10 @@
-"""Going on in a phase: steps in which the velocities at thirteen instants, all found at once, are integrated as
-polynomials until they agree with the poses that they lead to (Picard iteration on Chebyshev points; Clenshaw & Norton
-1963, Comput. J. 6; Bai & Junkins 2011, J. Astronaut. Sci. 58).
+"""Long steps in a phase: the velocities at thirteen instants, all found at once, are integrated as polynomials until
+they agree with the poses that they lead to (Picard iteration on Chebyshev points; Clenshaw & Norton 1963, Comput. J. 6;
+Bai & Junkins 2011, J. Astronaut. Sci. 58).
 
-What the constraints determine is found from them, at every instant; what they leave open is integrated. A step is as
-long as its polynomials are accurate. So between events few steps are needed, and inside of one everything is known.
+Quantities that the constraints determine are found from them at every instant; only what they leave open is integrated.
+A step is as long as its polynomials are accurate. So few steps are needed between events, and inside a step everything
+is known.
 """
 
 from __future__ import annotations

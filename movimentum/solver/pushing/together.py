@@ -1,8 +1,8 @@
-"""Many instants of a phase together: the velocities at them, and how hard what holds presses.
+"""Many instants of a phase at once: the velocities at them, and how hard the contacts press.
 
-What `solver.pushing.law` says of one instant, for contacts that hold and are known. They hold as long as each of them
-presses: for each level of wishes, and for the least motion below them, the forces along the contacts' slopes are those
-that bear the gradient (the multipliers of the quadratic program), and none of them pulls.
+This is `solver.pushing.law` for known, holding contacts. They hold as long as each of them presses: for each level of
+wishes, and for the least motion below them, the forces along the contacts' slopes are those that balance the gradient
+(the multipliers of the quadratic program), and none of them pulls.
 """
 
 from __future__ import annotations

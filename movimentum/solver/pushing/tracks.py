@@ -1,4 +1,4 @@
-"""The track of a block that is pushed."""
+"""The track of a pushed block."""
 
 from __future__ import annotations
 

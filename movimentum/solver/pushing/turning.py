@@ -1,7 +1,6 @@
-"""Unknowns of which some are cosines and sines of directions that turn.
+"""Unknowns some of which are cosines and sines of turning directions.
 
-A thing that turns evenly goes evenly only in its direction. So it is the direction that is integrated, and
-not its cosine and sine.
+A thing that turns steadily is steady only in its direction. So the direction is integrated, not its cosine and sine.
 """
 
 from __future__ import annotations

@@ -5,12 +5,11 @@ derivatives do: J x' = -(F_y y' + F_t), and so on for higher ones. Block after b
 become Taylor series in time (`solver.arithmetic.taylor`): with x known up to order k - 1 and taken as zero in order k,
 the residual's coefficient r_k is what is left, and J x_k = -r_k.
 
-A block with freedom left moves as `solver.free.velocity` says: with the least velocity that its equations let be, and
-toward its wishes. Where no wish draws it, the acceleration follows from the derivative of that least problem.
+A block with freedom left moves as `solver.free.velocity` says: with the least velocity that its equations allow, and
+toward its wishes. Where no wish pulls it, the acceleration follows from the derivative of that least-motion problem.
 
-Where J is singular (a change point, two circles that become one) rates are the limit of the motion, interpolated from
-beside the instant; where there is no such limit (a dead centre that is driven against) they are nan, as they are where
-there is no solution.
+Where J is singular (a change point, two circles that coincide), rates are the limit of the motion, interpolated from
+nearby instants. Where there is no such limit (a drive runs into a dead centre), or no solution, they are nan.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Solutions of a Newton block to begin with: for blocks without freedom many seeded starts, for free ones the least
-turned pose.
-"""
+"""Starting solutions of a Newton block: many seeded starts without freedom, the least turned pose with freedom."""
 
 from __future__ import annotations
 

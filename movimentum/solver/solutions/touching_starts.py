@@ -1,4 +1,4 @@
-"""Starts with contacts where outlines are nearest to each other: solutions are there, and those elsewhere overlap."""
+"""Starts with contacts placed where outlines are nearest to each other, as solutions elsewhere overlap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What choosing a solution finds: candidates, what decided between them, and in which order blocks are solved."""
+"""Results of choosing a solution: candidates, what decided between them, and the order in which blocks are solved."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Whether some of a plan's equations contradict each other at an instant, told before poses are searched for long.
+"""Tests whether some of a plan's equations contradict each other at an instant, before a long search for poses.
 
 Linear rows (numbers, coordinates, pins, angles) contradict by elimination: that is a proof. Others are fitted, from the
-poses that a search turned down and from the pose carried over. What pulls on itself at the best fit (a self-stress) is
-made the smallest such set, and that is tried from many random poses: where they end at the same few residuals again and
-again, and none is zero, the set cannot be met. Where they end in ever different places, nothing is shown.
+poses that a search rejected and from the pose carried over. The rows that carry a self-stress at the best fit are
+reduced to the smallest such set, which is tried from many random poses. If these end at the same few nonzero residuals
+again and again, the set cannot be met. If they end in ever different places, nothing is shown.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How a solution compares with the motion so far and with how things were drawn: what orders the candidates."""
+"""How a solution compares with the motion so far and with the drawing; orders the candidates."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What a segment demands at one instant, as numbers: rows that are linear, and rows that are not.
+"""A segment's requirements at one instant, as numbers: linear rows and nonlinear rows.
 
-A plan finds poses block by block; here all rows of some constraints are looked at together, so that one can ask whether
-they can be met at all. Rows that are linear at the instant (pins, coordinates, angles) are met exactly, by
-elimination; the others are fitted.
+A plan finds poses block by block. Here all rows of some constraints are considered together, to ask whether they can be
+met at all. Rows that are linear at the instant (pins, coordinates, angles) are met exactly, by elimination; the others
+are fitted.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The best fit of some rows of `Demands`: linear rows are met exactly, the others as nearly as can be.
+"""The best fit of some rows of `Demands`: linear rows are met exactly, the others as nearly as possible.
 
 Levenberg–Marquardt (Marquardt 1963; Nielsen 1999 for the damping) from several starts at once, in coordinates of the
-null space of the linear rows. Where it ends with something left, the residuals are a self-stress: they keep each other
-in balance, and what has none of it has nothing to do with the contradiction.
+null space of the linear rows. If it ends with nonzero residuals, these are a self-stress: they balance each other, and
+rows without stress take no part in the contradiction.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What turns a choice down, and why, or speaks for it: inequalities, redundant equations and wishes, early."""
+"""Early reasons to reject or prefer a choice: inequalities, redundant equations and wishes."""
 
 from __future__ import annotations
 

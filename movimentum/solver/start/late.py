@@ -1,4 +1,4 @@
-"""The first solution of a segment that has none to begin with."""
+"""The first solution of a segment that has none at its beginning."""
 
 from __future__ import annotations
 

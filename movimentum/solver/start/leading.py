@@ -1,9 +1,9 @@
-"""Where a Newton block has a solution on the branch that its path was on, long after the path's end.
+"""Finds a Newton block's solution on the branch of its earlier path, long after the path's end.
 
-What drives the block may have gone far away meanwhile, and come back from elsewhere: Newton's method from the last pose
-finds nothing, or another branch. So the block is led there: from a pose of the path, the numbers that drive it go
-straight to what they are at the other time, and the pose is continued along with them (a parameter homotopy: Sommese &
-Wampler 2005, *The Numerical Solution of Systems of Polynomials*, ch. 7).
+Meanwhile the block's inputs may have gone far away and come back from elsewhere, so Newton's method from the last pose
+finds nothing, or another branch. So the block is led there: starting from a pose of the path, its inputs go straight to
+their values at the other time, and the pose is continued along with them (a parameter homotopy: Sommese & Wampler 2005,
+*The Numerical Solution of Systems of Polynomials*, ch. 7).
 """
 
 from __future__ import annotations

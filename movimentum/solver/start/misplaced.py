@@ -1,4 +1,4 @@
-"""Solutions of contacts that touch where outlines are not nearest: they fulfil the equations, and overlap."""
+"""Solutions whose contacts are not where the outlines are nearest: they satisfy the equations, and overlap."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Groups of equations that determine their unknowns by their structure, but not by their geometry.
 
 A third parallel crank, the rhombuses of a tiling: as many equations as unknowns, none of them idle, and yet the linkage
-moves. Such a group must be solved with everything connected to it, redundant equations included. It is seen from its
-numbers, where the pose to begin from satisfies it, before anything is compiled or searched for.
+moves. Such a group must be solved with everything connected to it, redundant equations included. It is recognised from
+its numbers, if the starting pose satisfies it, before anything is compiled or searched for.
 """
 
 from __future__ import annotations

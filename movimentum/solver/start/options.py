@@ -1,4 +1,4 @@
-"""The solutions of one block, given what is known before it: what a path may begin with."""
+"""The possible starts of a block's path: its solutions, given what is known before it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a connected part meets its constraints where it is moved as one body."""
+"""How well a connected part meets its constraints if it is moved as one body."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Connected parts moved as bodies, from where they are drawn to where their constraints want them.
+"""Moves connected parts as bodies, from where they are drawn to where their constraints want them.
 
 A mechanism drawn in one place and pinned in another is assembled there as it is drawn: its pose is the drawing, moved
-and turned as a whole. So before poses are searched for, each connected part that is new is laid where its pins and
-stated directions fit: all that is then left to find is what differs from the drawing.
+and turned as a whole. So before poses are searched for, each new connected part is laid where its pins and stated
+directions fit; the search then has to find only the differences from the drawing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a path that ended has a solution again: on the branch that it was on, tried at later times."""
+"""Where an ended path has a solution again: on its own branch, tried at later times."""
 
 from __future__ import annotations
 

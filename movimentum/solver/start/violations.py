@@ -1,4 +1,4 @@
-"""Where a path comes to violate an inequality, or an equation that it was not found from."""
+"""Where a path comes to violate an inequality, or an equation that did not determine it."""
 
 from __future__ import annotations
 

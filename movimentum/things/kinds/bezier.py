@@ -1,4 +1,4 @@
-"""A curve with control points: its own anchors, or anchors of other things."""
+"""A curve with control points, which are its own anchors or anchors of other things."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A curve: by its radius, by its coordinates, through points, or of a drawing. It is measured from its first anchor."""
+"""A curve: polar, by coordinates, through points, or from a drawing. It is measured from its first anchor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The distance of two anchors, written beside them."""
+"""The distance between two anchors, written beside them."""
 
 from __future__ import annotations
 

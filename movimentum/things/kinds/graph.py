@@ -1,4 +1,4 @@
-"""A graph beside the film: what an expression is in the whole film, and a dot where it is now."""
+"""A graph beside the film: the values of an expression over the whole film, and a dot at the current value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hatched support under a fixed pin: at an anchor of its own, or at one of another thing."""
+"""The hatched support under a fixed pin, at an anchor of its own or of another thing."""
 
 from __future__ import annotations
 

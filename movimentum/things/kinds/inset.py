@@ -1,4 +1,4 @@
-"""A detail beside the film: a part of it once more, larger."""
+"""An inset: a part of the film, magnified, beside it."""
 
 from __future__ import annotations
 

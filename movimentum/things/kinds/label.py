@@ -1,4 +1,4 @@
-"""A text whose baseline begins at its first anchor, or that stands beside an anchor of another thing."""
+"""A text whose baseline begins at its first anchor, or that is placed beside an anchor of another thing."""
 
 from __future__ import annotations
 

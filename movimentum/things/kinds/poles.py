@@ -1,4 +1,4 @@
-"""How bodies move at a moment: instant centres, the curves that these go through, and the inflection circle."""
+"""Poles of a body's motion: instant centres, the curves that they trace, and the inflection circle."""
 
 from __future__ import annotations
 

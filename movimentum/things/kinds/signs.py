@@ -1,4 +1,4 @@
-"""Signs of geometry: right angles, equal lengths, parallel lines."""
+"""Geometry marks: right angles, equal lengths, parallel lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gears and racks: what has teeth."""
+"""Gears and racks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The velocities of several points as arrows from one point: the polygon of velocities."""
+"""The velocity polygon: the velocities of several points as arrows from one point."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
-"""Where many variants begin: the state at two instants, what each block can be there, and what is known before.
+"""Where many variants begin: the state at two instants, each block's solutions there, and what is known before.
 
-All solutions of one Newton block for many variants: coefficient-parameter homotopy, all paths of all variants at
-once.
-
-The solutions for random complex coefficients are found once, by the homotopy of total degree. They lead to those for
-any variant's coefficients (Sommese & Wampler, *The Numerical Solution of Systems of Polynomials Arising in Engineering
-and Science*, ch. 7). See `solver.solutions.homotopy`, which does the same for one variant after the other.
+All solutions of a Newton block come from coefficient-parameter homotopy, all paths of all variants at once. The
+solutions for random complex coefficients are found once, by the homotopy of total degree. They lead to those for any
+variant's coefficients (Sommese & Wampler, *The Numerical Solution of Systems of Polynomials Arising in Engineering and
+Science*, ch. 7). `solver.solutions.homotopy` does the same for one variant at a time.
 """
 
 from __future__ import annotations

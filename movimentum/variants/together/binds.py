@@ -1,9 +1,9 @@
 """When variants bind, for many at once: the instant at which a discriminant passes zero, or an inequality equality, to
 the last digit.
 
-Close to it everything goes as the square root of the time that is left. So the last part of the way is looked at in
-that measure, in which it is as even as any other: nothing else may come near to binding there. An inequality that
-chooses between the two solutions may come to equality exactly where they meet.
+Close to that instant everything varies as the square root of the remaining time. So the last part is followed in that
+variable, in which it is smooth; nothing else may come near to binding there. An inequality that chooses between the two
+solutions may reach equality exactly where they meet.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Which of several solutions many variants begin with, decided as `solver.start.search` decides.
+"""Chooses the solutions with which many variants begin, as `solver.start.search` does.
 
-All combinations of signs are tried for all variants at once, block by block; inequalities turn combinations down as
-soon as they can be judged, and among what is left the least cost decides (`solver.start.costs`). A variant for which
-that is a close call is left to be solved by itself.
+All combinations of signs are tried for all variants at once, block by block. Inequalities reject combinations as soon
+as they can be evaluated, and the least cost decides among the rest (`solver.start.costs`). A variant with a close call
+is solved by itself.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Following many variants through a segment: on one grid of instants that holds all frames.
+"""Follows many variants through a segment, on one grid of instants that includes all frames.
 
-The branch of a block of two solutions is a sign, which stays as long as the discriminant does not come near to zero. So
-where it stays clear of zero on a grid that is fine enough, nothing has to be followed. A variant whose discriminant
-passes zero binds there, and the time is found by bisection. Whatever is neither clear nor certain is left to be solved
-by itself, with all that following a path takes.
+The branch of a block with two solutions is a sign, which stays as long as the discriminant stays clear of zero. Where
+it does so on a fine enough grid, nothing has to be followed. A variant whose discriminant passes zero binds there, and
+the time is found by bisection. Variants that are neither clear nor certain are solved by themselves, with full path
+following.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What variants of one structure have in common: the plan of each segment, its numbers written as expressions of the
-constants that vary.
+"""What variants of one structure share: the plan of each segment, its numbers written as expressions of the varying
+constants.
 
-A plan that was made for one variant holds for all others, as long as its pivots do not vanish: the equations are the
-same, and their numbers know where they come from (`variants.tracing`). Whether it holds is verified in the results.
+A plan made for one variant holds for all others, as long as its pivots do not vanish: the equations are the same, and
+their numbers know where they come from (`variants.tracing`). The results are checked.
 """
 
 from __future__ import annotations

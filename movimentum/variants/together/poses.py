@@ -1,4 +1,4 @@
-"""Where the things of many variants are: as drawn, laid where they belong, and as solved."""
+"""The poses of many variants: as drawn, placed, and solved."""
 
 from __future__ import annotations
 

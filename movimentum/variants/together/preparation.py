@@ -1,9 +1,8 @@
-"""Making ready to solve variants together: the pattern is made for one variant, and tried against others.
+"""Prepares solving variants together: makes the pattern for one variant, and tests it on others.
 
-What the pattern makes of another variant's numbers is compared with that variant's own plan, formula by formula. A
-number that got lost on its way through the stages (a time, a count, a choice that depends on it) shows in that.
-
-Making the pattern of a timeline: planning each segment, and lifting its blocks and formulas.
+The pattern's numbers for another variant are compared with that variant's own plan, formula by formula. This reveals
+any number that got lost on its way through the stages (a time, a count, a choice that depends on it). Making the
+pattern of a timeline means planning each segment, and lifting its blocks and formulas.
 """
 
 from __future__ import annotations

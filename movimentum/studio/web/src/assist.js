@@ -134,7 +134,7 @@ export class Assist {
     app.editor.focus();
     const found = await this.ask("about", "explained", this.at(place));
     if (found && found.written) this.show(this.description(found));
-    else if (found) app.hint("There is nothing to say about what stands here: go to a name or a word.");
+    else if (found) app.hint("No help here: move the cursor to a name or a word.");
   }
 
   /* What a message's code means; null if nobody answers. */

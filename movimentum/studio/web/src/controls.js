@@ -76,7 +76,7 @@ export class Controls {
       m: toggle(bar, "arrows", "", "Arrows for free motions (M)", stage.arrows, shown("arrows"), {icon: "free"}),
       s: toggle(bar, "velocity", "", "Arrows for the velocities of all points (S)", false, (on) => app.velocities.show(on), {icon: "velocity"}),
       h: toggle(bar, "grid", "", "Grid: what is drawn snaps to it (H)", false, shown("grid"), {icon: "grid"}),
-      j: toggle(bar, "overlaps", "", "What overlaps: a red outline, and a mark on the scrubber (J)", false, (on) => app.overlaps.show(on), {icon: "overlaps"}),
+      j: toggle(bar, "overlaps", "", "Overlaps: a red outline, and a mark on the scrubber (J)", false, (on) => app.overlaps.show(on), {icon: "overlaps"}),
       i: toggle(bar, "info", "", "Facts about the scene and the selection (I)", false, (on) => { app.panel.info = on; app.panel.show(); }, {icon: "info"}),
     };
     gap();

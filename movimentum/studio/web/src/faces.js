@@ -121,7 +121,7 @@ export class Faces {
     place.hidden = !on;
     if (!on) { place.replaceChildren(); return; }
     place.replaceChildren(make("span", {text: "A pose by hand, not in the script"}));
-    button(place, "keep-pose", "Keep this pose", "The definitions say this pose (Y)", () => app.hand.keep(), {class: "main"});
+    button(place, "keep-pose", "Keep this pose", "Write this pose into the definitions (Y)", () => app.hand.keep(), {class: "main"});
     button(place, "leave-pose", "Back", "Back to the script's pose (Escape)", () => app.hand.leave(), {icon: "undo"});
   }
 

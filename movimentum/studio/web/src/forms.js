@@ -24,7 +24,7 @@ export class Forms {
   claim() {
     const [chosen] = this.app.selection;
     this.ask("Claim", [["text", "Claim", chosen ? chosen.anchor ? `${chosen.name}.y < 300` : `${chosen.name}.angle < 180` : ""]],
-      ({text}) => { if (text) this.app.useTool("claim", [text], []); }, "An equation or an inequality that is to hold in this step.");
+      ({text}) => { if (text) this.app.useTool("claim", [text], []); }, "An equation or an inequality that should hold in this step.");
   }
 
   constant() {

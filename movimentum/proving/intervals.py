@@ -1,7 +1,7 @@
-"""Which poses of a film a proof looks at, and the chains that are made there, which claims share.
+"""The poses of a film that a proof uses, and the chains made there, which claims share.
 
-A proof is about the part of the mechanism's variety that a pose lies on. Where two such parts meet (at a change point)
-the film may go on on another one: so there is a pose of each stretch between two change points.
+A proof is about the part of the mechanism's variety that a pose lies on. Where two such parts meet (at a change point),
+the film may continue on another one, so there is a pose for each stretch between two change points.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def shares(low: float, high: float) -> list[float]:
     return [low + share * (high - low) for share in (SHARES if low < high else SHARES[:1])]
 
 
-def stretches(motion: SegmentMotion, low: float, high: float) -> list[tuple[float, float]]:
+def intervals(motion: SegmentMotion, low: float, high: float) -> list[tuple[float, float]]:
     """The parts of an interval of offsets between the change points that the solver has found."""
     borders = {low, high}
     for piece in motion.pieces:
@@ -53,7 +53,7 @@ def stretches(motion: SegmentMotion, low: float, high: float) -> list[tuple[floa
 
 def poses(chain: Chain, motion: SegmentMotion, low: float, high: float) -> Iterator[tuple[float, TowerPoint]]:
     """Poses of every stretch, with their offsets; `NoBall` where a stretch has none that is not special."""
-    parts = stretches(motion, low, high)
+    parts = intervals(motion, low, high)
     wanted = -(-POSES // len(parts))
     for part in parts:
         found, special = 0, NoBall()
