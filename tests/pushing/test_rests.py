@@ -28,7 +28,7 @@ def steps_of(motion: mv.Motion, thing: str) -> np.ndarray:
     return np.abs(np.diff(numbers, axis=0)).max(axis=1)
 
 
-@broad(("text", "thing"), FAMILIES, every=5, ids=lambda value: value if len(value) < 10 else "")
+@broad(("text", "thing"), FAMILIES, every=5, ids=[f"{thing}{k}" for k, (_, thing) in enumerate(FAMILIES)])
 def test_a_dwell_is_the_same_to_the_last_bit(text: str, thing: str) -> None:
     steps = steps_of(mv.loads(text).solve(), thing)
     assert np.count_nonzero(steps == 0.0) >= 5

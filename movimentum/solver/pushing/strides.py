@@ -150,9 +150,7 @@ class Strides:
         """
         course = self.going.course
         still = PUSH_RESTS_IN_A_STEP * course.scale
-        way = np.max(
-            np.abs(there[1:] - there[-1]), axis=0
-        )  # where it begins it may be off by what an event was found to
+        way = np.max(np.abs(there[1:] - there[-1]), axis=0)  # the first is off by how closely an event was found
         fastest = np.max(np.abs(rates), axis=0) * max(step, course.spacing)
         return course.moving(np.where((way > still) | (fastest > STEEPEST * still), rates, 0.0))
 
