@@ -1019,6 +1019,9 @@ PUSH_RESTS = 1e-13
 """Of the fastest motion: what is slower than that is rounding."""
 PUSH_RESTS_FOR_LONG = 1e-11
 """Of the scene's size: what moves no farther in the whole of a path rests."""
+PUSH_RESTS_IN_A_STEP = 1e-12
+"""Of the unknowns' scale: what moves no farther in a step rests in it, to the last bit. In the tests' families rounding
+moves things by 1e-13, and what moves does so by 1e-6 or more, but for steps that are cut short."""
 PUSH_DAMPING = 1e-3
 """Of a wish's own gradient: a direction in which what pushes leaves no more of it is followed the less."""
 PUSH_UNSEEN = 1e-9

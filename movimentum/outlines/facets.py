@@ -16,6 +16,8 @@ from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
 MOST_CROSSING = 16_000_000
 """Pairs of edges that are looked at for a crossing."""
+MOST_TRIED = 64
+"""Corners at which a place inside is looked for."""
 MOST_COMPARED = 200_000
 """Pairs of a corner and an edge that are compared at once."""
 
@@ -23,7 +25,8 @@ MOST_COMPARED = 200_000
 @dataclass(frozen=True, slots=True, eq=False)
 class Facets:
     """``points``: the corners (N, 2); ``convex``: it is solid and has no corner that is hollow; ``bowl``: it is a hole
-    into which no corner juts.
+    into which no corner juts. ``within``: the numbers of three corners whose middle is well inside what is solid; none
+    of a hole or a line.
     """
 
     points: FloatArray
@@ -31,6 +34,7 @@ class Facets:
     convex: bool
     bowl: bool
     size: float
+    within: tuple[int, ...] = ()
 
     @staticmethod
     def of(points: FloatArray, *, hollow: bool = False) -> Facets:
@@ -41,7 +45,8 @@ class Facets:
         size = float(np.ptp(points, axis=0).max())
         once = abs(float(np.arctan2(turn, np.sum(before * edges, axis=1)).sum())) < 2.1 * np.pi
         one_way = bool(((-turn if hollow else turn) >= -FACETS_TOUCH * size * size).all()) and (len(points) < 3 or once)
-        return Facets(points, hollow, one_way and not hollow, one_way and hollow, size)
+        within = () if hollow or len(points) < 3 else _within(points, size)
+        return Facets(points, hollow, one_way and not hollow, one_way and hollow, size, within)
 
     def moved(self, pose: FloatArray) -> FloatArray:
         """(F, N, 2): the corners at poses (4, F): x, y, cosine and sine."""
@@ -210,7 +215,22 @@ def overlapping(a: Facets, b: Facets, q: FloatArray) -> BoolArray:
     if q.shape[1] > 2 and len(some):
         points = np.concatenate([p, _middles(p)])
         found[some] = _deep_in(np.broadcast_to(points, (len(some), *points.shape)), q[some], b.hollow, least)
+        some = some[~found[some]]
+    if b.within and len(p) > 2 and len(some):  # all around, the one may lie on the other
+        found[some] = _deep_in(q[some][:, list(b.within)].mean(axis=1, keepdims=True), p[None], a.hollow, least)
     return found
+
+
+def _within(points: FloatArray, size: float) -> tuple[int, ...]:
+    """See `Facets`: of some corners, each with those beside it and with two that are far."""
+    count = len(points)
+    k = np.unique(np.linspace(0, count - 1, min(count, MOST_TRIED)).round()).astype(np.intp)[:, None]
+    beside, far = np.array([-1, 0, 1]), np.array([0, count // 3, 2 * count // 3])
+    three = np.concatenate([k + beside, k + far]) % count
+    middles = points[three].mean(axis=1)
+    deep = np.where(inside(middles, points), _to_edges(middles, points)[0].min(axis=1), 0.0)
+    best = int(np.argmax(deep))
+    return tuple(three[best].tolist()) if deep[best] > (FACETS_TOUCH * size) ** 2 else ()
 
 
 def _middles(points: FloatArray) -> FloatArray:

@@ -83,3 +83,35 @@ def test_no_length_ends_what_contradicts_only_later(speed, stated):
 def test_what_can_never_hold_contradicts_itself(statement):
     found = mv.loads(f"A : .bar O = [0,0] P = [50,0]; @0 A.O = [0,0]; {statement} @1").diagnostics
     assert found[0].message.startswith("1 constraint contradicts itself"), found[0].message
+
+
+PUSHED = """A:.bar O=[50,100] P=[80,100]; B:.bar O=[120,100] P=[150,100];
+@0 A.O = [50 + 40*.t,100]; A.angle = 0; B.O.y = 100; B.angle = 0; B.O.x - A.O.x >= 40 .pushes;
+@2 {there}
+@4 """
+
+
+@pytest.mark.parametrize(
+    ("there", "goes"),
+    [
+        ("A.O = [90,100]; B.O.x = 200;", "A.O = [130, 100] -> [90,100]; B.O.x = 170 -> 200;"),
+        ("A.O = [90,100]; B.O.x=150 + 5;", "A.O = [130, 100] -> [90,100]; B.O.x=170 -> 150 + 5;"),
+        ("A.O = [90,100]; B.angle = 30;", "A.O = [130, 100] -> [90,100]; B.angle = 0 -> 30;"),
+        ("A.O.x = [1,2].x + 100; A.O.x - 50*.t >= _;", None),
+        ("A.O = [130,100]; B.O.x = 170;", None),
+    ],
+)
+def test_what_is_told_to_be_elsewhere_can_go_there(there: str, goes: str | None):
+    """The place that it goes from is where it has been pushed to."""
+    told = [item for item in mv.loads(PUSHED.format(there=there)).diagnostics if item.code == "solve/jump"]
+    if goes is None:
+        assert [item.helps for item in told if item.helps] == []
+        return
+    (jump,) = told
+    assert [f"`{goes.split(';')[0]};` moves there"] == list(jump.helps)
+    (fix,) = jump.fixes
+    text = PUSHED.format(there=there)
+    for edit in sorted(fix.edits, key=lambda each: -each.span.start):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    assert text == PUSHED.format(there=goes)
+    assert not [item for item in mv.loads(text).diagnostics if item.severity is not mv.Severity.NOTE]

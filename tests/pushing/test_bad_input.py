@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 import movimentum as mv
@@ -118,3 +119,33 @@ def test_a_thousand_contacts(count: int) -> None:
         f".config(10, 500, 100); P : .bar O=[-5,0] Q=[-5,5000]; {things} @0 P.O=[-5 + 5*.t, 0]; P.angle=0; {says} @2"
     ).solve()
     assert motion["D999.P"][-1, 0] == pytest.approx(5.0, abs=1e-9)
+
+
+# --- copies that are drawn in one place
+
+
+def narrowest(points: np.ndarray) -> float:
+    """The least width of a convex polygon (N, 2)."""
+    edges = np.roll(points, -1, axis=0) - points
+    normals = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
+    return float(min(np.ptp(points @ normal) for normal in normals))
+
+
+@pytest.mark.parametrize("corners", [3, 4, 5, 8, 40])
+@pytest.mark.parametrize("turned", [0.0, 17.0])
+def test_copies_in_one_place_overlap_by_their_width(corners: int, turned: float) -> None:
+    """Nothing crosses, and no corner of the one is inside the other."""
+    angles = np.radians(turned) + np.sort(np.random.default_rng(corners).uniform(0.7, 1.3, corners).cumsum())
+    angles *= 1.9 * np.pi / angles[-1]
+    points = 100.0 + np.stack([60.0 * np.cos(angles), 40.0 * np.sin(angles)], axis=1)
+    shape = " ".join(f"P{k} = [{x:.12g}, {y:.12g}]" for k, (x, y) in enumerate(points.tolist()))
+    through = ", ".join(f"P{k}" for k in range(corners))
+    text = f"""
+        N[1..2] : .polygon {shape} .through({through});
+        @0 .for k = 1..2 {{ N[k].P0.y = {points[0, 1]:.12g};  N[k].angle = 0; }}
+           .gap(N[1], N[2]) >= 0 .pushes;
+        @1
+    """
+    (error,) = [each for each in mv.loads(text).diagnostics if each.severity is mv.Severity.ERROR]
+    assert error.code == "contact/start"
+    assert f"overlap by {narrowest(points):.4g} at" in error.message

@@ -172,3 +172,21 @@ def test_a_wish_that_a_stop_holds_is_blocked() -> None:
     motion = solve(timeline_of(STOPPED.format(wish="Slide.P.x ~ 100;")))
     (found,) = wish_diagnostics(motion)
     assert found.code == "wish/blocked"
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_wishes_that_a_ram_holds_off_are_blocked(count: int) -> None:
+    """Each of the blocks wants to go on, and the ram before them comes nearer: no push aside would help."""
+    things, says = (
+        ["Ram : .polygon P=[700,20] Q=[720,20] R=[720,60] S=[700,60];"],
+        ["Ram.P = [700 - 60*.t, 20]; Ram.angle = 0;"],
+    )
+    for k in range(count):
+        x = 60 * k
+        things.append(f"B{k} : .polygon P=[{x},20] Q=[{x + 40},20] R=[{x + 40},60] S=[{x},60];")
+        says.append(f"B{k}.P.y = 20; B{k}.angle = 0; B{k}.P.x ~ {700 - 60 * (count - k)} .speed(400);")
+        says.append(f".gap(B{k}, {'Ram' if k == count - 1 else f'B{k + 1}'}) >= 0 .pushes;")
+    motion = solve(timeline_of(" ".join([*things, "@0", *says, f"@{2 + count}"])))
+    found = list(wish_diagnostics(motion))
+    assert {item.code for item in found} == {"wish/blocked"}
+    assert len(found) == count

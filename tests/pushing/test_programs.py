@@ -51,3 +51,44 @@ def test_non_negative_least_squares(seed: int) -> None:
     random = np.random.default_rng(seed)
     matrix, target = random.normal(size=(6, 5)), random.normal(size=6)
     assert non_negative(matrix, target) == pytest.approx(nnls(matrix, target)[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-9, 2e-8, 1e-7])
+@pytest.mark.parametrize("opposing", [2, 3, 4])
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_that_oppose_each_other_and_are_just_met_are_equations(seed: int, opposing: int, off: float) -> None:
+    """Rows that add up to nothing leave one place in the directions that they see, but for what they are ``off``."""
+    random = np.random.default_rng(100 * opposing + seed)
+    n = 6
+    rows = random.normal(size=(opposing - 1, n))
+    rows = np.concatenate([rows, -random.uniform(0.5, 2.0, opposing - 1)[None] @ rows])
+    others = random.normal(size=(3, n))
+    place = 10.0 * random.normal(size=n)
+    least = np.concatenate([rows @ place + off * random.choice([-1.0, 1.0], opposing), others @ place - 3.0])
+    found = shortest(np.concatenate([rows, others]), least)
+    assert found.y is not None
+    assert np.abs(rows @ found.y - rows @ place).max() < 1e-6
+    assert (others @ found.y - least[opposing:]).min() > -1e-6
+    fixed = np.linalg.pinv(rows) @ (rows @ place)
+    free = np.linalg.svd(rows)[2][opposing - 1 :].T  # the directions that they do not see
+    other = minimize(
+        lambda z: float(z @ z),
+        free.T @ place,
+        jac=lambda z: 2.0 * z,
+        constraints={"type": "ineq", "fun": lambda z: others @ (fixed + free @ z) - least[opposing:]},
+        method="SLSQP",
+        options={"ftol": 1e-15, "maxiter": 400},
+    )
+    assert float(found.y @ found.y) == pytest.approx(float(fixed @ fixed + other.x @ other.x), rel=1e-6)
+
+
+@pytest.mark.parametrize("opposing", [2, 3, 4])
+def test_rows_that_oppose_each_other_and_are_not_met_contradict(opposing: int) -> None:
+    random = np.random.default_rng(opposing)
+    rows = random.normal(size=(opposing - 1, 5))
+    rows = np.concatenate([rows, -np.ones((1, opposing - 1)) @ rows, random.normal(size=(1, 5))])
+    least = rows @ random.normal(size=5)
+    least[0] += 1e-4
+    found = shortest(rows, least)
+    assert found.y is None
+    assert found.holding.tolist() == list(range(opposing))

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
 
 from movimentum.cancellation import look
-from movimentum.diagnostics import Diagnostic, Severity, insertion
+from movimentum.diagnostics import Diagnostic, Fix, Severity, insertion
 from movimentum.records import dataclass
-from movimentum.scene.model import Scene, Thing
+from movimentum.scene.model import Relation, Scene, Thing
 from movimentum.solver.basis.pose_state import Carry, Snapshot
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
-from movimentum.source import Span
+from movimentum.source import Edit, Span
 from movimentum.text import number, time_text
 from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.toothed import GEAR
 from movimentum.tolerances import LEAST_JUMP, LOOKS_SAME
 
+DIGITS = 7
+"""Of a value that a help tells: less than that is not seen as a jump."""
+_EQUALS = re.compile(r"\s*=\s*")
 FRAMES = 1.5
 """The distance that things move in this many frames is not a jump."""
 
@@ -41,7 +45,8 @@ class Jump:
 def jumps(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     """A warning for each jump in segment number ``index``."""
     for jump in found_jumps(motion, index):
-        yield _diagnostic(motion.segments[index], jump.beginning, jump.thing, jump.amount, jump.note)
+        told = _diagnostic(motion.segments[index], jump.beginning, jump.thing, jump.amount, jump.note)
+        yield told.advised(*_goes_there(motion.segments[index], jump.beginning))
 
 
 def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
@@ -77,6 +82,35 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
             yield Jump(beginning, thing, degrees, f"it turns {slow} degrees per frame there")
+
+
+def _goes_there(segment_motion: SegmentMotion, beginning: PathBeginning) -> Iterator[Fix]:
+    """What lets things move to where the statements of a step put them."""
+    segment, scene = segment_motion.segment, segment_motion.plan.system.scene
+    if beginning.reason is not PathReason.STEP:
+        return
+    places: list[tuple[int, str]] = []
+    told = ""
+    for constraint in segment.active:
+        sides = constraint.left, constraint.right
+        if constraint.step != segment.step or constraint.relation is not Relation.EQUAL:
+            continue
+        if not all(each.op == "symbol" for each in sides[0]) or any(each.value is None for each in sides[1]):
+            continue
+        equals = _EQUALS.match(scene.source.slice(Span(constraint.left_span.end, constraint.span.end)))
+        now = beginning.carry.now.read(scene, sides[0], segment.start, {})
+        if equals is None or all(
+            abs(a - float(b.value or 0.0)) < LEAST_JUMP for a, b in zip(now, sides[1], strict=True)
+        ):
+            continue
+        values = [number(each, DIGITS) for each in now]
+        before = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+        places.append((constraint.left_span.end + equals.end(), f"{before} -> "))
+        statement = scene.source.slice(Span(constraint.left_span.start, constraint.span.end)).removesuffix(";")
+        at = places[-1][0] - constraint.left_span.start
+        told = told or f"{statement[:at]}{before} -> {statement[at:]};"
+    if places:
+        yield Fix(f"`{told}` moves there", tuple(Edit(Span(at, at), text) for at, text in places))
 
 
 def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot | None:

@@ -22,7 +22,7 @@ from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.pushing.course import PushCourse
-from movimentum.solver.pushing.law import moved
+from movimentum.solver.pushing.law import Moved, moved
 from movimentum.solver.pushing.phases import gone_on
 from movimentum.tolerances import LEAST_DIVISOR, PULLED, SHORTEST_PULL, STEP_OF_DIFFERENCE
 
@@ -148,11 +148,18 @@ class PushedBlock(HeldBlock):
         assert isinstance(self.block, Pushing)
         return PushCourse(self.block, self.piece.plan, self._problem, self._way, self._scale)
 
-    def _velocity(self, x: FloatArray) -> FloatArray:
+    def _moved(self, x: FloatArray) -> Moved:
         course, end = self._course(), float(self._way[-1])
         touching, _ = course.contacts.touching(course.at(end), x[None], course.closed)
-        velocity = moved(course.instant(end, x, touching)).v
+        return moved(course.instant(end, x, touching))
+
+    def _velocity(self, x: FloatArray) -> FloatArray:
+        velocity = self._moved(x).v
         return np.zeros_like(x) if velocity is None else velocity
+
+    def stuck(self, x: FloatArray, aside: float) -> bool:
+        """See `HeldBlock`; what contacts hold is blocked: a push aside would be one into what it touches."""
+        return not len(self._moved(x).holds) and super().stuck(x, aside)
 
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
         """See `HeldBlock`; all of the way is one step."""

@@ -81,17 +81,17 @@ class PushingKernel(Kernel[Pushing]):
         problem = BlockProblem.of(block, state, instants.clocks, track_scale(path.plan, block))
         begins = np.array([phase.begin for phase in track.phases])
         of_phase = np.clip(np.searchsorted(begins, instants.tau, side="right") - 1, 0, len(begins) - 1)
+        moving = track.moving[track.step(instants.tau)] if len(track.moving) else np.ones(guess.shape, dtype=np.bool_)
+        alike, kind = np.unique(np.column_stack([of_phase, moving]), axis=0, return_inverse=True)
         x, good = guess.copy(), np.zeros(len(guess), dtype=np.bool_)
         contacts = contacts_of(block)
-        for number in np.unique(of_phase):
-            some = np.nonzero(of_phase == number)[0]
-            own = problem.at(some, len(instants))
-            phase = track.phases[int(number)]
-            x[some], good[some] = _on_contacts(contacts, own, guess[some], phase, phase.moving)
-            if not good[some].all():
-                again = some[~good[some]]
-                own = problem.at(again, len(instants))
-                x[again], good[again] = _on_contacts(contacts, own, guess[again], phase, np.ones_like(phase.moving))
+        for number, (of, moves) in enumerate(zip(alike[:, 0].tolist(), alike[:, 1:] > 0, strict=True)):
+            phase = track.phases[int(of)]
+            for among in (moves, np.ones_like(moves)):
+                some = np.nonzero((kind.ravel() == number) & ~good)[0]
+                if len(some):
+                    own = problem.at(some, len(instants))
+                    x[some], good[some] = _on_contacts(contacts, own, guess[some], phase, among)
         for j, n in enumerate(block.core):
             state[n] = x[:, j]
         return ~good | (instants.tau > track.until)

@@ -196,11 +196,11 @@ class PushCourse:
         return moving(self.block, rates)
 
     def frame(self, moving: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """See `Metric.among`; where nothing moves, everything may."""
+        """See `Metric.among`."""
         key = moving.tobytes()
         found = self._frames.get(key)
         if found is None:
-            found = self._frames[key] = self.block.metric.among(moving if moving.any() else np.ones_like(moving))
+            found = self._frames[key] = self.block.metric.among(moving)
         return found
 
     def along(self, free: FloatArray, difference: FloatArray) -> FloatArray:
@@ -220,7 +220,7 @@ class PushCourse:
         problem = self.at(tau)
         kept = [k for k in range(len(contacts)) if not np.isnan(at[k])]
         some, wanted = [contacts[k] for k in kept], np.array([at[k] for k in kept])
-        if moving.any() and not moving.all():
+        if not moving.all():
             found = self._restored(problem, x, some, wanted, moving)
             if found[1]:
                 return found
@@ -247,7 +247,7 @@ class PushCourse:
                     found, best = x, error
                 break
             found, best = x, error
-            if error <= PUSH_RESTORED:
+            if error <= PUSH_RESTORED or not white.size:
                 break
             if error > PUSH_NEARLY or inverse is None:
                 _, _, inverse = null_space(wide[0])

@@ -65,6 +65,8 @@ def _derivatives() -> FloatArray:
 
 DERIVATIVES: FloatArray = _derivatives() @ _SERIES
 """The same: times values at `SHARES`, their derivatives there."""
+STEEPEST = float(np.max(np.sum(np.abs(DERIVATIVES), axis=1)))
+"""By how much more such a derivative may be off than a value."""
 
 
 def series(values: FloatArray) -> FloatArray:
@@ -85,7 +87,7 @@ def smooth(coefficients: FloatArray, within: float) -> BoolArray:
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
     """A step that begins at ``t0`` and takes ``h``: core values ``x`` (`DEGREE` + 1, n) at `SHARES` of it, their
-    ``rates``, the ``problem`` there, and what moves the block (``instants``).
+    ``rates``, the ``problem`` there, and what moves the block (``instants``). ``moving`` (n,): which unknowns move.
     """
 
     t0: float
@@ -94,6 +96,7 @@ class Stride:
     x: FloatArray
     rates: FloatArray
     coefficients: FloatArray
+    moving: BoolArray
     instants: StepInstants
 
     def rates_at(self, tau: float) -> FloatArray:

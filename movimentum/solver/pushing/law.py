@@ -295,9 +295,9 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
     y, holding = free.lexicographic(guess)
     if y is None:
         return Moved(None, judged(free.followed(), none).opening, holding, judged(free.least, none).tolerance)
-    # where some of them only just bear each other, rounding adds one to those that hold
-    tried = (holding, *(np.delete(holding, k) for k in range(len(holding))))
-    return next(filter(None, map(settled, tried)), None) or replace(judged(y, holding), sure=False)
+    found = judged(y, holding)
+    holding = holding[found.opening[holding] <= found.tolerance[holding]]  # a level below may have opened others
+    return settled(holding) or replace(found, holds=holding, sure=False)
 
 
 def openings(now: Instant, v: FloatArray) -> FloatArray:

@@ -61,7 +61,7 @@ def gone_on(
             why, jammed = PushEnd.JAM, blocked
             events += _changes(contacts, before, touching, tau)
             break
-        phases.append(Phase(tau, going.held, going.at, np.ones(len(x), dtype=np.bool_)))
+        phases.append(Phase(tau, going.held, going.at))
         events += _changes(contacts, before, going.held, tau)
         before = going.held
         if len(phases) > MOST_EVENTS or stands > AT_ONCE:
@@ -72,7 +72,6 @@ def gone_on(
         part = Strides(going, tolerance)
         part.go(tau, x, end, float(nodes[-1]) - tau)
         parts.append(part)
-        phases[-1] = Phase(tau, going.held, going.at, part.moving)
         event = going.event
         if event is None:
             if part.tau < end:
@@ -263,4 +262,5 @@ def _joined(
         np.array([stride.t0 for stride in strides]),
         np.array([stride.h for stride in strides]),
         np.array([stride.coefficients for stride in strides]).reshape(-1, DEGREE + 1, len(x)),
+        np.array([stride.moving for stride in strides], dtype=np.bool_).reshape(-1, len(x)),
     )

@@ -7,7 +7,17 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass
-from movimentum.tolerances import LEAST_DIVISOR, PUSH_FEASIBLE, PUSH_HOLDS, PUSH_RANK, PUSH_ROUNDING, PUSH_SLOPE
+from movimentum.solver.block.problem import null_space
+from movimentum.tolerances import (
+    LEAST_DIVISOR,
+    PUSH_FEASIBLE,
+    PUSH_HOLDS,
+    PUSH_MOVES,
+    PUSH_RANK,
+    PUSH_ROUNDING,
+    PUSH_SLOPE,
+    PUSH_UNSEEN,
+)
 
 Rows = NDArray[np.intp]
 
@@ -20,40 +30,54 @@ def numbered(rows: Rows) -> list[int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shortest:
-    """``y`` (n,), and the inequalities that hold it (their numbers), which push with ``forces``. Where no vector
-    satisfies all, ``y`` is None, and these are the ones that contradict each other.
+    """``y`` (n,), and the inequalities that hold it (their numbers). Where no vector satisfies all, ``y`` is None, and
+    these are the ones that contradict each other.
     """
 
     y: FloatArray | None
     holding: Rows
-    forces: FloatArray
 
 
 def shortest(rows: FloatArray, least: FloatArray, guess: Rows | None = None) -> Shortest:
     """The shortest y (n,) with ``rows`` (k, n) y >= ``least`` (k,); ``guess``: which of them may hold it.
 
     Least distance programming (Lawson & Hanson 1974, *Solving Least Squares Problems*, ch. 23): its dual is a
-    non-negative least squares problem, which bears rows that depend on each other.
+    non-negative least squares problem, which bears rows that depend on each other. Rows that oppose each other and are
+    only just met by anything are equations.
     """
-    none = np.zeros(0, dtype=np.intp)
     count, n = rows.shape
     if count == 0 or not (least > 0.0).any():
         still: FloatArray = np.zeros(int(n))
-        return Shortest(still, none, np.zeros(0))
+        return Shortest(still, np.zeros(0, dtype=np.intp))
     lengths = np.maximum(np.sqrt(np.einsum("kn,kn->k", rows, rows)), LEAST_DIVISOR)
     unit, wanted = rows / lengths[:, None], least / lengths
     size = float(np.max(wanted))
-    wanted = wanted / size - PUSH_HOLDS  # those that oppose each other but for rounding
-    matrix = np.concatenate([unit.T, wanted[None]])
+    wanted = wanted / size
+    matrix = np.concatenate([unit.T, wanted[None] - PUSH_HOLDS])  # those that oppose each other but for rounding
     target = np.zeros(n + 1)
     target[-1] = 1.0
     forces = non_negative(matrix, target, guess)
     residual = matrix @ forces - target
-    holding = np.nonzero(forces > 0.0)[0]
-    if not -residual[-1] > PUSH_FEASIBLE:
-        return Shortest(None, holding, forces[holding])
-    y = -residual[:n] / residual[-1] * size
-    return Shortest(y, holding, forces[holding] / -residual[-1] * size / lengths[holding])
+    if -residual[-1] > PUSH_FEASIBLE * max(float(np.max(forces)), 1.0):
+        return Shortest(-residual[:n] / residual[-1] * size, np.nonzero(forces > 0.0)[0])
+    return _just_met(unit, wanted, np.nonzero(forces > PUSH_HOLDS * np.max(forces))[0], size)
+
+
+def _just_met(unit: FloatArray, wanted: FloatArray, holding: Rows, size: float) -> Shortest:
+    """The same where ``holding`` oppose each other: with these as equations, if they agree; in units of ``size``."""
+    _, across, inverse = null_space(unit[holding])
+    place = inverse @ wanted[holding]
+    if np.max(np.abs(unit[holding] @ place - wanted[holding]), initial=0.0) > PUSH_MOVES:
+        return Shortest(None, holding)
+    others = np.setdiff1d(np.arange(len(unit)), holding).astype(np.intp)
+    along, missing = unit[others] @ across, wanted[others] - unit[others] @ place
+    seen = np.linalg.norm(along, axis=1) > PUSH_UNSEEN
+    short = others[~seen & (missing > PUSH_MOVES)]
+    if len(short):
+        return Shortest(None, np.union1d(holding, short).astype(np.intp))
+    found = shortest(along[seen], missing[seen])
+    which = np.union1d(holding, others[seen][found.holding]).astype(np.intp)
+    return Shortest(None if found.y is None else (place + across @ found.y) * size, which)
 
 
 def non_negative(matrix: FloatArray, target: FloatArray, guess: Rows | None = None) -> FloatArray:

@@ -42,7 +42,6 @@ class PhaseStep:
         self.course, self.held, self.values, self.passed = course, held, at, passed
         self.stride, self.which, self.h = stride, which, stride.h
         self.t0, self.t1 = float(stride.times[0]), float(stride.times[-1])
-        self.moving = course.moving(stride.rates)
         self._known: dict[float, FloatArray] = {self.t0: stride.x[0], self.t1: stride.x[-1]}
 
     # --- where things are
@@ -51,7 +50,7 @@ class PhaseStep:
         """The core values (n,) at ``tau``, on the equations."""
         if tau not in self._known:
             guess = self.stride.at(np.array([tau]))[0]
-            self._known[tau] = self.course.restored(tau, guess, self.held, self.values, self.moving)[0]
+            self._known[tau] = self.course.restored(tau, guess, self.held, self.values, self.stride.moving)[0]
         return self._known[tau]
 
     def places(self, some: Sequence[PartPair], tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

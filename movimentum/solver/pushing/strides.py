@@ -18,9 +18,19 @@ from movimentum.records import dataclass, field
 from movimentum.solver.basis.effort import tightening
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.free.velocity import NearInstants
-from movimentum.solver.pushing.dense import DEGREE, DERIVATIVES, INTEGRALS, Kink, Stride, kink, series, times_of
+from movimentum.solver.pushing.dense import (
+    DEGREE,
+    DERIVATIVES,
+    INTEGRALS,
+    STEEPEST,
+    Kink,
+    Stride,
+    kink,
+    series,
+    times_of,
+)
 from movimentum.solver.pushing.holding import held_at
-from movimentum.solver.pushing.together import velocities
+from movimentum.solver.pushing.together import StepInstants, velocities
 from movimentum.tolerances import (
     COARSEST_FREE_MOTION_STEP,
     LEAST_DIVISOR,
@@ -28,6 +38,7 @@ from movimentum.tolerances import (
     PUSH_DENSE_PULLED,
     PUSH_GUESS,
     PUSH_MIXED,
+    PUSH_RESTS_IN_A_STEP,
     RESTORED,
     SHORTEST_PATH_STEP,
     STRIDE_NOT_LEFT,
@@ -134,17 +145,34 @@ class Strides:
         """What the last terms of a step's series may be, in units of the unknowns' scale."""
         return max(PUSH_DENSE, PUSH_DENSE_PULLED * self.tolerance)
 
-    @property
-    def moving(self) -> BoolArray:
-        """(n,) which unknowns move at all."""
-        return self.going.course.moving(np.concatenate([self.rate[None], *(stride.rates for stride in self.taken)]))
+    def _moving(self, step: float, there: FloatArray, rates: FloatArray) -> BoolArray:
+        """(n,) which unknowns move in a step, with poses ``there`` (F, n), but for rounding: neither in all, nor at
+        their fastest.
+        """
+        course = self.going.course
+        still = PUSH_RESTS_IN_A_STEP * course.scale
+        way = np.max(np.abs(there[1:] - there[-1]), axis=0)  # the first is off by how closely an event was found
+        fastest = np.max(np.abs(rates), axis=0) * max(step, course.spacing)
+        return course.moving(np.where((way > still) | (fastest > STEEPEST * still), rates, 0.0))
+
+    def _taken(
+        self, step: float, problem: BlockProblem, there: FloatArray, rates: FloatArray, instants: StepInstants
+    ) -> Stride:
+        """A step, in which what rests keeps its numbers to the last bit."""
+        moving, rounding = self._moving(step, there, rates), 0.1 * PUSH_RESTS_IN_A_STEP * self.going.course.scale
+        place = np.where(np.abs(there[-1] - self.x) > rounding, there[-1], self.x)
+        there, rates = np.where(moving, there, place), np.where(moving, rates, 0.0)
+        coefficients = np.where(moving, series(there), 0.0)
+        coefficients[0, ~moving] = place[~moving]
+        return Stride(self.tau, step, problem, there, rates, coefficients, moving, instants)
 
     def _held(self, problem: BlockProblem, guess: FloatArray, moving: BoolArray) -> tuple[FloatArray, BoolArray] | None:
         """The poses (F, n) near ``guess`` that the contacts hold, of which the first is known, and what had to move for
         that: only what is ``moving``, or else everything. None where not even that is enough.
         """
         going, course = self.going, self.going.course
-        for some in (moving, np.ones(len(self.x), dtype=np.bool_)):
+        every = np.ones(len(self.x), dtype=np.bool_)
+        for some in (moving, every) if moving.any() else (every,):
             frame, _ = course.frame(some)
             there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
             if (off <= RESTORED).all():
@@ -156,23 +184,19 @@ class Strides:
         self, step: float, near: NearInstants, guess: FloatArray
     ) -> tuple[Stride | Kink | None, float, int]:
         """The same where nothing is free: the poses alone tell how fast they change."""
-        course, x, problem = self.going.course, self.x, near.problem
+        course, problem = self.going.course, near.problem
         held = self._held(problem, guess, course.moving(self.rate[None]))
         if held is None:
             return None, np.inf, 1
         there, moving = held
-        coefficients = series(there)
-        rates = DERIVATIVES @ there / step
-        rates[:, ~moving] = 0.0
-        last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
+        rates = np.where(moving, DERIVATIVES @ there / step, 0.0)
+        last = float(np.max(np.abs(series(there)[-2:]) / course.scale))
         begun = step * float(np.max(np.abs(rates[0] - self.rate) / course.scale))
         error = max(last / self.dense, begun / PUSH_GUESS)
-        coefficients[:, ~moving] = 0.0  # to the last bit
-        coefficients[0, ~moving] = x[~moving]
         if error > 1.0:
             return kink(there / course.scale), error, 1
         instants = course.instants(problem, near, there, self.going.touching)
-        return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, 1
+        return self._taken(step, problem, there, rates, instants), error, 1
 
     def _stride(self, step: float, tolerance: float) -> tuple[Stride | Kink | None, float, int]:
         """A step of that length; how far it is off, in units of what is allowed; and in how many rounds it was found.
@@ -206,20 +230,17 @@ class Strides:
             open_ = float(np.max(course.along(free, guess - there) / course.scale))
             if not np.isfinite(whole) or (rounds > 2 and open_ > AGREED * tolerance and open_ > 0.7 * before):
                 return None, np.inf, rounds
-            more = moving | course.moving(rates)
+            more = moving | self._moving(step, there, rates)
             if open_ <= AGREED * tolerance and (more == moving).all():
                 break
             before, moving = open_, more
             guess = mixed.next(given, guess)
         else:
             return None, np.inf, ROUNDS
-        coefficients = series(there)
-        coefficients[:, ~moving] = 0.0  # to the last bit
-        coefficients[0, ~moving] = x[~moving]
-        last = float(np.max(np.abs(coefficients[-2:]) / course.scale))
+        last = float(np.max(np.abs(series(there)[-2:]) / course.scale))
         error = max(whole / PUSH_GUESS, last / self.dense)
         tail = turning.moved(there[-1], step / DEGREE * series(paces)[-2:]) - there[-1]
         error = max(error, float(np.max(course.along(free, tail) / course.scale)) / tolerance)
         if error > 1.0:
             return kink(rates / course.scale), error, rounds
-        return Stride(self.tau, step, problem, there, rates, coefficients, instants), error, rounds
+        return self._taken(step, problem, there, rates, instants), error, rounds

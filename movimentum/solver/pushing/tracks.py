@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.pushing.contacts import PartPair
@@ -42,12 +42,11 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phase:
-    """From ``begin`` on these contacts are ``held``, at these values. ``moving`` (n,): which unknowns do at all."""
+    """From ``begin`` on these contacts are ``held``, at these values."""
 
     begin: float
     held: tuple[PartPair, ...]
     at: tuple[float, ...]
-    moving: BoolArray
 
 
 class PushEnd(StrEnum):
@@ -68,7 +67,8 @@ class PushTrack(NodeTrack):
     """A block that is pushed: in each of its ``phases`` other contacts hold it. ``events`` in order of time; ``end``:
     why it ends early, ``jammed`` what contradicts each other then (constraints and things), ``overlaps`` what overlaps,
     and where things would be ``free``.
-    ``begins`` (S,), ``lengths`` (S,) and ``coefficients`` (S, `DEGREE` + 1, n): the series of its steps.
+    ``begins`` (S,), ``lengths`` (S,) and ``coefficients`` (S, `DEGREE` + 1, n): the series of its steps; ``moving``
+    (S, n): which unknowns do at all.
     """
 
     phases: Sequence[Phase] = ()
@@ -80,16 +80,21 @@ class PushTrack(NodeTrack):
     begins: FloatArray = field(default_factory=lambda: np.zeros(0))
     lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
     coefficients: FloatArray = field(default_factory=lambda: np.zeros((0, DEGREE + 1, 0)))
+    moving: BoolArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.bool_))
 
     @property
     def kinks(self) -> FloatArray:
         """When its phases begin."""
         return np.array([phase.begin for phase in self.phases])
 
+    def step(self, tau: FloatArray) -> IntArray:
+        """(F,) the numbers of the steps at times."""
+        return np.clip(np.searchsorted(self.begins, tau, side="right") - 1, 0, len(self.begins) - 1)
+
     def guess(self, tau: FloatArray) -> FloatArray:
         """See `NodeTrack`."""
         if not len(self.begins):
             return NodeTrack.guess(self, tau)
-        j = np.clip(np.searchsorted(self.begins, tau, side="right") - 1, 0, len(self.begins) - 1)
+        j = self.step(tau)
         w = (tau - self.begins[j]) / self.lengths[j]
         return np.einsum("fd,fdn->nf", basis(w), self.coefficients[j])
