@@ -221,8 +221,6 @@ def _paint_state(paint: Paint, poses: Poses, *, numbers: bool = True) -> list[Fl
 
 def placed_points(mark: BodyMark, poses: Poses, points: Sequence[Point]) -> FloatArray:
     """(F, P, 2): where local points of a body's mark are drawn in the world."""
-    if scale_over(mark.paint, poses) is None:
-        return np.stack([poses.world(mark.body, point) for point in points], axis=1)
     origin, direction = drawn_pose(mark, poses)
     (c, s), (x, y) = direction.T[:, :, None], np.array(points).T[:, None, :]
     return origin[:, None, :] + np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -244,7 +244,7 @@ class Contour:
         again.
         """
         found = flattened(self.points, self.breaks, FLATTENED)
-        points = [(float(x), float(y)) for x, y in self.points(np.append(found, self.last))]
+        points = list(zip(*self.points(np.append(found, self.last)).T.tolist(), strict=True))
         kept, least = points[:1], OUTLINE_CLOSES * self.size
         for point in points[1:]:
             if math.dist(point, kept[-1]) > least:

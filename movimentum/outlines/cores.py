@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import FloatArray, nexts
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Facets
 from movimentum.records import dataclass
@@ -90,7 +90,7 @@ def _parted(p: FloatArray, q: FloatArray) -> FloatArray:
     """How far the best of the edges of p keeps q apart; -inf if it has none."""
     if p.shape[1] == 1:
         return np.full(len(p), -np.inf)
-    e = np.roll(p, -1, axis=1) - p
+    e = nexts(p) - p
     size = np.hypot(e[..., 0], e[..., 1])
     some = np.maximum(size, LEAST_DIVISOR)
     nx, ny = e[..., 1] / some, -e[..., 0] / some
@@ -102,7 +102,7 @@ def _parted(p: FloatArray, q: FloatArray) -> FloatArray:
 
 def _squared(p: FloatArray, q: FloatArray) -> FloatArray:
     """(K,): the least squared distance of a corner of p from an edge of q."""
-    e = np.roll(q, -1, axis=1) - q
+    e = nexts(q) - q
     size = np.maximum(np.sum(e * e, axis=2), LEAST_DIVISOR)
     wx, wy = (p[:, :, None, k] - q[:, None, :, k] for k in (0, 1))
     part = np.clip((wx * e[:, None, :, 0] + wy * e[:, None, :, 1]) / size[:, None], 0.0, 1.0)

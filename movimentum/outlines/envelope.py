@@ -15,18 +15,18 @@ outline that was in front is a run of its own, a cap.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from functools import reduce
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, within_half
+from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.cubics import between
+from movimentum.outlines.going_along import across, ahead, roots
 from movimentum.records import dataclass
-from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS, PLACE_FOUND
+from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS
 
 Course = Callable[[Sequence[Fraction]], FloatArray]
 """From N instants to (10, N): x, y, c, s, vx, vy and w of the tool in the frame that is cut, and the rates of the last
@@ -58,37 +58,85 @@ class EnvelopeRun:
     branch: int
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ToolPoses:
+    """Poses (10, N) of a tool, as `Course` has them, at ``times`` (N,)."""
+
+    times: FloatArray
+    poses: FloatArray
+
+
+NO_POSES = ToolPoses(np.empty(0), np.empty((10, 0)))
+
+
 @dataclass(slots=True, eq=False)
-class _Instant:
-    time: Fraction
-    pose: FloatArray
+class _Instants:
+    """What is cut at N instants, in order: their times (N,), also as whole ``ticks`` of their part of the film, and
+    poses (10, N); and the points of all, one instant's after the other's: ``begins`` (N + 1,) are the first ones.
+    """
+
+    ticks: IntArray
+    times: FloatArray
+    poses: FloatArray
+    begins: IntArray
     place: FloatArray
-    rising: Any
+    rising: BoolArray
     points: FloatArray
     along: FloatArray
     bend: FloatArray
 
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    @property
+    def counts(self) -> IntArray:
+        """(N,): how many points each instant has."""
+        return np.diff(self.begins)
+
+    def rows(self, which: IntArray) -> IntArray:
+        """The points of these instants."""
+        counts = self.counts[which]
+        ends = np.cumsum(counts)
+        return np.repeat(self.begins[which] - ends + counts, counts) + np.arange(ends[-1] if len(ends) else 0)
+
+    def each(self, which: IntArray, count: int) -> IntArray:
+        """(M, count): the same, one row for each of M instants that have so many."""
+        return self.rows(which).reshape(-1, count)
+
+    def some(self, which: IntArray) -> _Instants:
+        """Only these instants, in this order."""
+        begins = np.append(0, np.cumsum(self.counts[which]))
+        rows = self.rows(which)
+        return _Instants(
+            self.ticks[which], self.times[which], self.poses[:, which], begins,
+            self.place[rows], self.rising[rows], self.points[rows], self.along[rows], self.bend[rows],
+        )  # fmt: skip
+
+    def followed_by(self, other: _Instants) -> _Instants:
+        """These, and then the others."""
+        names = ("ticks", "times", "place", "rising", "points", "along", "bend")
+        parts = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
+        poses = np.concatenate([self.poses, other.poses], axis=1)
+        return _Instants(poses=poses, begins=np.append(self.begins, self.begins[-1] + other.begins[1:]), **parts)
+
 
 def envelope(
     tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course, branches: int = 0
-) -> tuple[list[EnvelopeRun], FloatArray]:
-    """The runs that ``tool`` cuts while it moves as ``course`` says, and the poses (10, N) in order of time. ``parts``:
+) -> tuple[list[EnvelopeRun], ToolPoses]:
+    """The runs that ``tool`` cuts while it moves as ``course`` says, and its poses in order of time. ``parts``:
     from when to when the motion is smooth; ``branches``: so many have numbers already.
     """
     cut = _Cut(tool, course, branches)
-    strands = [cut.strand(begin, end) for begin, end in parts if end > begin]
-    strands = [strand for strand in strands if strand]
-    runs: list[EnvelopeRun] = []
-    for strand in strands:
-        runs += cut.runs(strand)
-    everything = [each for strand in strands for each in strand]
-    moving = [each for each in everything if len(each.place)]
+    strands = [strand for begin, end in parts if end > begin and len(strand := cut.strand(begin, end))]
+    if not strands:
+        return [], NO_POSES
+    runs = [run for strand in strands for run in cut.runs(strand)]
+    film = reduce(_Instants.followed_by, strands)
+    moving = film.some(np.flatnonzero(film.counts))
     for k in cut.standing(moving):
-        before, after = moving[k], moving[k + 1]
-        if cut.turns(before, after):
-            runs += cut.caps(before, after)
-    poses = np.stack([each.pose for each in everything], axis=-1) if everything else np.empty((10, 0))
-    return runs, poses
+        if cut.turns(moving, k):
+            runs += cut.caps(moving, k)
+    return runs, ToolPoses(film.times, film.poses)
 
 
 class _Cut:
@@ -97,44 +145,48 @@ class _Cut:
         self.fast = 0.0
         self.size = tool.size
         self.branches = branches
-        self.paired: dict[tuple[int, int], list[tuple[int, int]]] = {}
 
     # --- instants
 
-    def strand(self, begin: Fraction, end: Fraction) -> list[_Instant]:
+    def strand(self, begin: Fraction, end: Fraction) -> _Instants:
         """The instants of one part of the film, so many that curves between them are known."""
         last = end - (end - begin) * JUST_BEFORE
-        count = INSTANTS
-        times = [begin + (last - begin) * Fraction(k, count) for k in range(count + 1)]
-        found = self.instants(times)
-        found = found[: next((k for k, each in enumerate(found) if not np.isfinite(each.pose[:7]).all()), len(found))]
-        if not found:
-            return []
-        xy = np.array([each.pose[:2] for each in found])
-        self.size = max(self.size, float(np.ptp(xy, axis=0).max()))
-        open_ = set(range(len(found) - 1))
+        tick = (last - begin) / (INSTANTS << ROUNDS)
+        whole = begin.numerator * tick.denominator, tick.numerator * begin.denominator
+        below = begin.denominator * tick.denominator
+
+        def at(ticks: IntArray) -> _Instants:
+            return self.instants(ticks, [Fraction(whole[0] + whole[1] * k, below) for k in ticks.tolist()])
+
+        found = at(np.arange(INSTANTS + 1) << ROUNDS)
+        good = np.isfinite(found.poses[:7]).all(axis=0)
+        if not good.all():
+            found = found.some(np.arange(int(np.argmin(good))))
+        if not len(found):
+            return found
+        self.size = max(self.size, float(np.ptp(found.poses[:2], axis=1).max()))
+        wide = np.arange(len(found) - 1)  # after these instants there is to be another one
         for _ in range(ROUNDS):
-            if not open_ or len(found) + len(open_) > MOST_INSTANTS:
+            if not len(wide) or len(found) + len(wide) > MOST_INSTANTS:
                 break
-            found, open_ = self.halved(found, open_)
+            found, wide = self.halved(found, wide, at)
         return found
 
-    def halved(self, found: list[_Instant], open_: set[int]) -> tuple[list[_Instant], set[int]]:
-        order = sorted(open_)
-        middles = dict(zip(order, self.instants([(found[k].time + found[k + 1].time) / 2 for k in order]), strict=True))
-        middles = {k: each for k, each in middles.items() if np.isfinite(each.pose[:7]).all()}
-        known = dict(zip(middles, self.known([(found[k], middles[k], found[k + 1]) for k in middles]), strict=True))
-        made: list[_Instant] = []
-        wanted: set[int] = set()
-        for k, each in enumerate(found):
-            made.append(each)
-            if k in middles:
-                if not known[k]:
-                    wanted |= {len(made) - 1, len(made)}
-                made.append(middles[k])
-        return made, wanted
+    def halved(
+        self, found: _Instants, wide: IntArray, at: Callable[[IntArray], _Instants]
+    ) -> tuple[_Instants, IntArray]:
+        """With one more instant after each of ``wide``, and after which of all there is to be yet another one."""
+        middles = at((found.ticks[wide] + found.ticks[wide + 1]) >> 1)
+        good = np.isfinite(middles.poses[:7]).all(axis=0)
+        if not good.all():
+            middles, wide = middles.some(np.flatnonzero(good)), wide[good]
+        made = found.followed_by(middles)
+        made = made.some(np.argsort(made.ticks, kind="stable"))
+        ones = wide + np.arange(len(wide))  # where they are now
+        ones = ones[~self.known(made, ones + 1)]
+        return made, np.sort(np.append(ones, ones + 1))
 
-    def instants(self, times: Sequence[Fraction]) -> list[_Instant]:
+    def instants(self, ticks: IntArray, times: Sequence[Fraction]) -> _Instants:
         """What is cut at some instants."""
         poses = self.course(times)
         _x, _y, c, s, vx, vy, w = poses[:7]
@@ -144,12 +196,10 @@ class _Cut:
         moves = np.isfinite(poses[:7]).all(axis=0) & (speed > CUT_RESTS * self.fast)
         number, place, rising = roots(self.tool, inward, moves)
         points, along = self.laid(place, poses[:4, number])
+        begins = np.searchsorted(number, np.arange(len(times) + 1))
+        moments = np.array([float(time) for time in times])
         bend = self.bends(place, poses[:, number])
-        ends = np.searchsorted(number, np.arange(len(times) + 1))
-        return [
-            _Instant(time, poses[:, k], *(each[ends[k] : ends[k + 1]] for each in (place, rising, points, along, bend)))
-            for k, time in enumerate(times)
-        ]
+        return _Instants(ticks, moments, poses, begins, place, rising, points, along, bend)
 
     def laid(self, place: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points (M, 2) of the tool in the frame, and the directions with the tool on the right."""
@@ -170,7 +220,7 @@ class _Cut:
         vx, vy, ax, ay = c * vx + s * vy, c * vy - s * vx, c * ax + s * ay, c * ay - s * ax
         size = np.hypot(tx, ty)
         with np.errstate(all="ignore"):
-            change = _across(self.tool, place, np.stack([vx, vy, w]))[1]
+            change = across(self.tool, place, np.stack([vx, vy, w]))[1]
             faster = tx * (ay - w * vx + aw * px) - ty * (ax + w * vy - aw * py)
             moves = -faster / change
             turn = (tx * ry - ty * rx) / (size * size)
@@ -182,92 +232,66 @@ class _Cut:
 
     # --- from instant to instant
 
-    def pairs(self, one: _Instant, other: _Instant) -> list[tuple[int, int]]:
-        """Which of the points of an instant are which of the next."""
-        self.match([(one, other)])
-        return self.paired[id(one), id(other)]
-
-    def match(self, couples: Sequence[tuple[_Instant, _Instant]]) -> None:
-        """Find the pairs of all of these at once, those with as many points together."""
-        alike: dict[tuple[int, int], list[tuple[_Instant, _Instant]]] = {}
-        for one, other in couples:
-            if (id(one), id(other)) not in self.paired:
-                alike.setdefault((len(one.place), len(other.place)), []).append((one, other))
-        for (n, m), some in alike.items():
+    def onward(self, all_: _Instants, ones: IntArray, others: IntArray) -> IntArray:
+        """(P,): for each point of the instants ``ones`` which it is at the instants ``others``; -1: none."""
+        found = np.full(len(all_.place), -1)
+        before, after = all_.counts[ones], all_.counts[others]
+        for n, m in set(zip(before.tolist(), after.tolist(), strict=True)):
             if not n or not m:
-                self.paired |= {(id(one), id(other)): [] for one, other in some}
                 continue
-            ones, others = zip(*some, strict=True)
-            off = (
-                np.array([each.place for each in ones])[:, :, None] - np.array([each.place for each in others])[:, None]
-            )
+            alike = (before == n) & (after == m)
+            here, there = all_.each(ones[alike], n), all_.each(others[alike], m)
+            one, other = here[:, :, None], there[:, None]
+            off = all_.place[one] - all_.place[other]
             if self.tool.closed:
                 off = within_half(off, self.tool.period)
-            apart = (
-                np.array([each.points for each in ones])[:, :, None]
-                - np.array([each.points for each in others])[:, None]
-            )
-            turned = (
-                np.array([each.rising for each in ones])[:, :, None]
-                != np.array([each.rising for each in others])[:, None]
-            )
+            apart = all_.points[one] - all_.points[other]
             far = np.hypot(apart[..., 0], apart[..., 1]) > CUT_MATCHED * self.size
-            off = np.where(turned | far, np.inf, abs(off))
+            off = np.where(far | (all_.rising[one] != all_.rising[other]), np.inf, abs(off))
             to, back, least = np.argmin(off, axis=2), np.argmin(off, axis=1), off.min(axis=2)
-            good = (np.take_along_axis(back, to, axis=1) == np.arange(n)) & np.isfinite(least)
-            for (one, other), own, kept in zip(some, to.tolist(), good.tolist(), strict=True):
-                self.paired[id(one), id(other)] = [(i, own[i]) for i in range(n) if kept[i]]
-
-    def known(self, triples: Sequence[tuple[_Instant, _Instant, _Instant]]) -> list[bool]:
-        """Whether the curves between the first and the last of each three instants say where the middle one is."""
-        self.match([couple for one, middle, other in triples for couple in ((one, middle), (middle, other))])
-        found = [False] * len(triples)
-        owners: list[int] = []
-        parts: list[tuple[FloatArray, ...]] = []
-        for number, (one, middle, other) in enumerate(triples):
-            count = len(middle.place)
-            if not len(one.place) and not count and not len(other.place):
-                found[number] = True
-                continue
-            first, second = self.pairs(one, middle), dict(self.pairs(middle, other))
-            if not len(one.place) == count == len(other.place) == len(first) == len(second):
-                continue
-            i, j = [i for i, _ in first], [j for _, j in first]
-            k = [second[each] for each in j]
-            owners += [number] * count
-            parts.append(
-                (one.points[i], one.along[i], other.points[k], other.along[k], middle.points[j], middle.along[j])
-            )
-        if parts:
-            p, d, q, e, m, along = (np.concatenate(column) for column in zip(*parts, strict=True))
-            worst = np.zeros(len(triples))
-            np.maximum.at(worst, owners, between(p, d, q, e, m, along))
-            for number in dict.fromkeys(owners):
-                found[number] = bool(worst[number] <= CUT_EXACT * self.size)
+            row = np.arange(len(to))[:, None]
+            good = np.equal(back[row, to], np.arange(len(here[0]))) & np.isfinite(least)
+            found[here[good]] = there[row, to][good]
         return found
 
-    def runs(self, strand: list[_Instant]) -> list[EnvelopeRun]:
+    def known(self, all_: _Instants, middles: IntArray) -> BoolArray:
+        """(M,): whether the curves from the instants before ``middles`` to those after them say where these are."""
+        counts = all_.counts
+        to, onward = self.onward(all_, middles - 1, middles), self.onward(all_, middles, middles + 1)
+        alike = (counts[middles - 1] == counts[middles]) & (counts[middles] == counts[middles + 1])
+        owner = np.repeat(np.arange(len(middles)), counts[middles - 1])
+        one = all_.rows(middles - 1)
+        middle = to[one]
+        other = np.where(middle >= 0, onward[middle], -1)
+        alike[owner[other < 0]] = False
+        every = alike[owner]
+        one, middle, other, owner = one[every], middle[every], other[every], owner[every]
+        points, along = all_.points, all_.along
+        across = between(points[one], along[one], points[other], along[other], points[middle], along[middle])
+        worst = np.zeros(len(middles))
+        np.maximum.at(worst, owner, across)
+        return alike & (worst <= CUT_EXACT * self.size)
+
+    def runs(self, strand: _Instants) -> list[EnvelopeRun]:
         """The branches of a part of the film, cut where they turn back."""
-        found: list[EnvelopeRun] = []
-        growing: dict[int, list[tuple[_Instant, int]]] = {}
-        self.match(list(itertools.pairwise(strand)))
-        for number, each in enumerate(strand):
-            pairs = dict(self.pairs(strand[number - 1], each)) if number else {}
-            kept = {pairs[i]: branch for i, branch in growing.items() if i in pairs}
-            for i, branch in growing.items():
-                if i not in pairs:
-                    found += self._turned(branch)
-            growing = {k: [*kept.get(k, []), (each, k)] if k not in kept else _grown(kept[k], (each, k))
-                       for k in range(len(each.place))}  # fmt: skip
-        for branch in growing.values():
-            found += self._turned(branch)
-        return found
+        one = np.arange(len(strand) - 1)
+        onward = self.onward(strand, one, one + 1)
+        first = np.ones(len(onward), dtype=bool)
+        first[onward[onward >= 0]] = False
+        branches: list[list[int]] = []
+        after = onward.tolist()
+        for k in np.flatnonzero(first).tolist():
+            branch = [k]
+            while (k := after[k]) >= 0:
+                branch.append(k)
+            branches.append(branch)
+        times = np.repeat(strand.times, strand.counts)
+        branches.sort(key=lambda branch: branch[-1])
+        return [run for branch in branches for run in self._turned(strand, times, branch)]
 
-    def _turned(self, branch: list[tuple[_Instant, int]]) -> list[EnvelopeRun]:
-        points = np.array([each.points[k] for each, k in branch])
-        along = np.array([each.along[k] for each, k in branch])
-        bend = np.array([each.bend[k] for each, k in branch])
-        times = np.array([float(each.time) for each, _ in branch])
+    def _turned(self, strand: _Instants, times: FloatArray, branch: list[int]) -> list[EnvelopeRun]:
+        points, along, bend = strand.points[branch], strand.along[branch], strand.bend[branch]
+        times = times[branch]
         self.branches += 1
         number = self.branches
         moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
@@ -277,7 +301,7 @@ class _Cut:
         forward = np.sum(np.diff(points, axis=0) * (along[1:] + along[:-1]), axis=1) > 0.0
         changes = np.nonzero(forward[1:] != forward[:-1])[0] + 1
         found: list[EnvelopeRun] = []
-        rising = bool(branch[0][0].rising[branch[0][1]])
+        rising = bool(strand.rising[branch[0]])
         for begin, end in zip([0, *changes], [*changes, len(forward)], strict=True):
             if bool(forward[begin]) != rising:
                 continue  # between two cusps the tool goes over it just before and just after
@@ -288,42 +312,42 @@ class _Cut:
 
     # --- where it rests, or goes another way at once
 
-    def standing(self, moving: Sequence[_Instant]) -> list[int]:
+    def standing(self, moving: _Instants) -> list[int]:
         """After which of these instants the pose is still the same in the next one."""
-        if not moving:
-            return []
-        x, y, c, s = np.diff(np.stack([each.pose[:4] for each in moving], axis=-1), axis=1)
+        x, y, c, s = np.diff(moving.poses[:4], axis=1)
         off = np.hypot(x, y) + self.tool.size * np.hypot(c, s)
-        return [int(k) for k in np.nonzero(off <= CUT_ALONG * self.size)[0]]
+        return np.flatnonzero(off <= CUT_ALONG * self.size).tolist()
 
-    def turns(self, before: _Instant, after: _Instant) -> bool:
+    def turns(self, moving: _Instants, k: int) -> bool:
         """Whether the motion has another direction after an instant than before, at one pose."""
-        matched = self.pairs(before, after)
-        if len(matched) < max(len(before.place), len(after.place)):
+        own = slice(moving.begins[k], moving.begins[k + 1])
+        onward = self.onward(moving, np.array([k]), np.array([k + 1]))[own]
+        if (onward < 0).any() or len(onward) < moving.counts[k + 1]:
             return True
-        return any(np.hypot(*(before.points[i] - after.points[k])) > CUT_ALONG * self.size for i, k in matched)
+        return bool((np.hypot(*(moving.points[own] - moving.points[onward]).T) > CUT_ALONG * self.size).any())
 
-    def caps(self, before: _Instant, after: _Instant) -> list[EnvelopeRun]:
+    def caps(self, moving: _Instants, k: int) -> list[EnvelopeRun]:
         """The parts of the outline that went ahead before, and do not after."""
         tool = self.tool
-        place = np.unique(np.concatenate([tool.inside(before.place), tool.inside(after.place)]))
+        place = np.unique(tool.inside(moving.place[moving.begins[k] : moving.begins[k + 2]]))
         if len(place) < 2:
             return []
+        before, after = moving.poses[:, k], moving.poses[:, k + 1]
         ends = np.append(place[1:], place[0] + tool.period) if tool.closed else place[1:]
         found: list[EnvelopeRun] = []
         for begin, end in zip(place[: len(ends)], ends, strict=True):
             middle = np.array([(begin + end) / 2.0])
-            if ahead(tool, middle, before.pose)[0] > 0.0 > ahead(tool, middle, after.pose)[0]:
+            if ahead(tool, middle, before)[0] > 0.0 > ahead(tool, middle, after)[0]:
                 inner = np.concatenate([tool.samples, tool.samples + tool.period])
                 inner = np.concatenate([[begin], inner[(inner > begin) & (inner < end)], [end]])
                 fine = np.interp(np.arange(BETWEEN * (len(inner) - 1) + 1) / BETWEEN, np.arange(len(inner)), inner)
-                points, along = self.laid(fine, np.repeat(before.pose[:4, None], len(fine), axis=1))
+                points, along = self.laid(fine, np.repeat(before[:4, None], len(fine), axis=1))
                 bend = self._own_bends(fine)
                 if tool.side < 0.0:  # counter-clockwise, and the tool is to be on the right
                     points, along, bend = points[::-1], along[::-1], bend[::-1]
                 moved = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * self.size)
                 if moved.sum() > 1:
-                    times = np.full(int(moved.sum()), float(before.time))
+                    times = np.full(int(moved.sum()), float(moving.times[k]))
                     found.append(EnvelopeRun(points[moved], along[moved], bend[moved], times, -1))
         return found
 
@@ -334,66 +358,3 @@ class _Cut:
         turn = (tx * ry - ty * rx) / (size * size)
         with np.errstate(all="ignore"):
             return np.asarray(self.tool.side * turn / ((tx * dx + ty * dy) / size - reach * turn))
-
-
-def _grown(branch: list[tuple[_Instant, int]], more: tuple[_Instant, int]) -> list[tuple[_Instant, int]]:
-    branch.append(more)
-    return branch
-
-
-def _across(tool: Contour, place: FloatArray, inward: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How fast the outline goes to its left, times the length of its direction; and how that changes with the place."""
-    px, py, tx, ty, dx, dy, rx, ry = tool.values(place)
-    vx, vy, w = inward
-    ux, uy = vx - w * py, vy + w * px
-    return tx * uy - ty * ux, rx * uy - ry * ux + w * (tx * dx + ty * dy)
-
-
-def ahead(tool: Contour, place: FloatArray, pose: FloatArray) -> FloatArray:
-    """How fast places of the outline go outwards."""
-    _, _, c, s, vx, vy, w = pose[:7]
-    tx, ty = tool.values(place)[2:4]
-    value = _across(tool, place, np.stack([c * vx + s * vy, c * vy - s * vx, w])[:, None])[0]
-    found: FloatArray = tool.side * value / np.hypot(tx, ty)
-    return found
-
-
-def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
-    """Where the outline goes along itself, for velocities (3, N) in its frame: which of the N, the place, and whether
-    it goes inwards before that place and outwards behind it, sorted by N and place.
-    """
-    if tool.radius is not None and not inward[2].any():
-        return _roots_of_a_circle(tool, inward, moves)
-    samples = tool.samples
-    grid = samples[None, :]
-    value = np.where(moves[:, None], _across(tool, grid, inward[:, :, None])[0], 1.0)
-    tx, ty = tool.values(samples)[2:4]
-    speed = np.hypot(inward[0], inward[1]) + abs(inward[2]) * tool.size
-    value[abs(value) <= CUT_RESTS * speed[:, None] * np.hypot(tx, ty)] = 0.0
-    positive = value >= 0.0
-    number, k = np.nonzero(positive[:, 1:] != positive[:, :-1])
-    low, high, rising = samples[k].copy(), samples[k + 1].copy(), positive[number, k + 1]
-    flow = inward[:, number]
-    place = (low + high) / 2.0
-    for _ in range(60):
-        at, change = _across(tool, place, flow)
-        below = (at >= 0.0) != rising
-        low, high = np.where(below, place, low), np.where(below, high, place)
-        with np.errstate(all="ignore"):
-            step = place - at / change
-        moved = np.where((step > low) & (step < high), step, (low + high) / 2.0)
-        done = abs(moved - place) <= PLACE_FOUND * tool.period
-        place = moved
-        if done.all():
-            break
-    return number, place, rising
-
-
-def _roots_of_a_circle(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
-    """The same of a circle by its angle that does not turn: on both sides of its way."""
-    number = np.repeat(np.nonzero(moves)[0], 2)
-    ahead: FloatArray = np.degrees(np.arctan2(inward[1], inward[0]))[number]
-    rising = np.arange(len(number)) % 2 == 0
-    place = tool.inside(ahead + np.where(rising, 90.0, -90.0))
-    order = np.lexsort([place, number])
-    return number, place[order], rising[order]

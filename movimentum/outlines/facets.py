@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray
+from movimentum.arrays import BoolArray, FloatArray, nexts
 from movimentum.records import dataclass
 from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
@@ -39,7 +39,7 @@ class Facets:
     @staticmethod
     def of(points: FloatArray, *, hollow: bool = False) -> Facets:
         """A polygon of corners that go round as the module says."""
-        edges = np.roll(points, -1, axis=0) - points
+        edges = nexts(points) - points
         before = np.roll(edges, 1, axis=0)
         turn = before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0]
         size = float(np.ptp(points, axis=0).max())
@@ -74,7 +74,7 @@ class Feature:
 
 def _to_edges(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Squared distances (…, N, M) of corners p (…, N, 2) to the edges of q (…, M, 2), and the parts of the edges."""
-    return to_edges(p, q, np.roll(q, -1, axis=-2))
+    return to_edges(p, q, nexts(q))
 
 
 def to_edges(p: FloatArray, q: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -116,7 +116,7 @@ def crossing(points: FloatArray) -> FloatArray | None:
     count = len(points)
     if count < 4 or count * count > MOST_CROSSING:
         return None
-    p, q = points, np.roll(points, -1, axis=0)
+    p, q = points, nexts(points)
     e, least = q - p, FACETS_TOUCH * float(np.ptp(points, axis=0).max())
     length = np.maximum(np.hypot(*e.T), LEAST_DIVISOR)[:, None]
 
@@ -153,7 +153,7 @@ def _crossing_in_a_corner(points: FloatArray, edges: FloatArray, least: float) -
 
 def outward(points: FloatArray) -> FloatArray:
     """The unit normals (…, N, 2) of the edges of a polygon (…, N, 2), to what is free."""
-    e = np.roll(points, -1, axis=-2) - points
+    e = nexts(points) - points
     normal = np.stack([e[..., 1], -e[..., 0]], axis=-1)
     return normal / np.maximum(np.hypot(e[..., 0], e[..., 1]), LEAST_DIVISOR)[..., None]
 
@@ -185,7 +185,7 @@ def convex_gaps(p: FloatArray, q: FloatArray) -> FloatArray:
 def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     """Which of the points (…, K, 2) are inside polygons (…, M, 2)."""
     x, y = points[..., :, None, 0], points[..., :, None, 1]
-    (ax, ay), (bx, by) = (np.moveaxis(each, -1, 0)[..., None, :] for each in (polygon, np.roll(polygon, -1, axis=-2)))
+    (ax, ay), (bx, by) = (np.moveaxis(each, -1, 0)[..., None, :] for each in (polygon, nexts(polygon)))
     crosses = (ay > y) != (by > y)
     with np.errstate(all="ignore"):
         at = ax + (y - ay) / (by - ay) * (bx - ax)
@@ -234,7 +234,7 @@ def _within(points: FloatArray, size: float) -> tuple[int, ...]:
 
 
 def _middles(points: FloatArray) -> FloatArray:
-    return (points + np.roll(points, -1, axis=-2)) / 2.0
+    return (points + nexts(points)) / 2.0
 
 
 def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> BoolArray:
@@ -260,7 +260,7 @@ def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) 
 
 def _edges_cross(p: FloatArray, q: FloatArray, least: float) -> BoolArray:
     """(K,) whether edges of p (N, 2) and q (K, M, 2) cross, with all ends more than ``least`` beyond the other."""
-    p0, p1, q0, q1 = p, np.roll(p, -1, axis=0), q, np.roll(q, -1, axis=1)
+    p0, p1, q0, q1 = p, nexts(p), q, nexts(q)
     low, high = np.maximum(p.min(axis=0), q.min(axis=(0, 1))), np.minimum(p.max(axis=0), q.max(axis=(0, 1)))
     here = ((np.maximum(p0, p1) >= low) & (np.minimum(p0, p1) <= high)).all(axis=1)
     there = ((np.maximum(q0, q1) >= low) & (np.minimum(q0, q1) <= high)).all(axis=2).any(axis=0)

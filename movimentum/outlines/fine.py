@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
+from movimentum.arrays import BoolArray, FloatArray, IntArray, nexts, within_half
 from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Facets, convex_gaps, inside, overlapping, to_edges
@@ -120,7 +120,7 @@ def _near(points: FloatArray, centre: FloatArray, radius: float) -> IntArray:
     off = np.hypot(*(points - centre).T)
     near = off <= radius
     near |= np.roll(near, -1)
-    long = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    long = np.hypot(*(nexts(points) - points).T)
     near |= off - long <= radius
     return np.asarray(np.nonzero(near)[0] if near.any() else [np.argmin(off)], dtype=np.int64)
 

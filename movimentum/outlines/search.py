@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Feature, overlap
 from movimentum.outlines.ways_out import deepest, gap
@@ -18,6 +18,8 @@ CANDIDATES = 4
 """Pairs of samples from which the nearest places are looked for."""
 ANYWHERE = 100
 """The same where the nearest ones have led nowhere."""
+VALLEYS = 4
+"""Of the distances of a point from the samples: from so many of the lowest the nearest place is looked for."""
 FACING = 0.4
 """How far, as a sine, samples may look away from each other where the outlines face each other."""
 
@@ -28,30 +30,32 @@ def of_points(contour: Contour, q: FloatArray) -> FloatArray:
     """Places (2, F), both the same, where an outline is nearest to F points (2, F) in its frame."""
     points = contour.stations[0]
     off = (q[0][:, None] - points[:, 0]) ** 2 + (q[1][:, None] - points[:, 1]) ** 2
-    n, best = len(points), np.zeros(q.shape[1])
-    least = np.full(q.shape[1], np.inf)
-    # the two lowest valleys: samples do not tell which of two that are nearly as low is lower
+    n, every = len(points), np.arange(len(off))
+    # the lowest valleys: samples do not tell which of two that are nearly as low is lower
     low = (off <= np.roll(off, 1, axis=1)) & (off <= np.roll(off, -1, axis=1))
     if not contour.closed:
         low[:, 0], low[:, -1] = off[:, 0] <= off[:, 1], off[:, -1] <= off[:, -2]
-    valleys = np.where(low, off, np.inf)
-    for _ in range(4):
-        k = np.argmin(valleys, axis=1)
-        alive = np.isfinite(valleys[np.arange(len(k)), k])
-        if not alive.any():
-            break
-        before, after = _neighbours(contour, k)
-        place = _bisected(contour, q, before, after)
-        p = contour.points(place)
-        distance = np.where(alive, np.hypot(q[0] - p[:, 0], q[1] - p[:, 1]), np.inf)
-        if contour.doubled:  # of both sides, the one that the point is on
-            tx, ty = contour.values(place)[2:4]
-            behind = tx * (q[1] - p[:, 1]) - ty * (q[0] - p[:, 0]) > 0.0
-            distance = np.where(behind, distance + OUTLINE_CLOSES * contour.size, distance)
-        better = distance < least
-        best[better], least[better] = place[better], distance[better]
+    heights = np.where(low, off, np.inf)
+    valleys: list[IntArray] = []
+    found: list[BoolArray] = []
+    for _ in range(VALLEYS):
+        k = np.argmin(heights, axis=1)
+        found.append(np.isfinite(heights[every, k]))
+        valleys.append(k)
         for shift in (-1, 0, 1):
-            valleys[np.arange(len(k)), (k + shift) % n] = np.inf
+            heights[every, (k + shift) % n] = np.inf
+    which, point = np.nonzero(np.array(found))
+    q, before_and_after = q[:, point], _neighbours(contour, np.array(valleys)[which, point])
+    place = _bisected(contour, q, *before_and_after)
+    x, y, tx, ty = contour.values(place)[:4]
+    distance: FloatArray = np.hypot(q[0] - x, q[1] - y)
+    if contour.doubled:  # of both sides, the one that the point is on
+        behind = tx * (q[1] - y) - ty * (q[0] - x) > 0.0
+        distance = np.where(behind, distance + OUTLINE_CLOSES * contour.size, distance)
+    places, distances = np.zeros((2, *off.shape[:1], VALLEYS))
+    distances[:] = np.inf
+    places[point, which], distances[point, which] = place, distance
+    best = places[every, np.argmin(distances, axis=1)]
     return np.stack([best, best, np.ones_like(best)])
 
 
@@ -86,15 +90,15 @@ def _bisected(contour: Contour, q: FloatArray, low: FloatArray, high: FloatArray
 
     low, high = low.copy(), high.copy()
     place = (low + high) / 2.0
-    scale = contour.period
+    found = PLACE_FOUND * contour.period
     for _ in range(60):
         value, rate = ahead(place)
         low, high = np.where(value > 0.0, place, low), np.where(value > 0.0, high, place)
         with np.errstate(all="ignore"):
             step = place - value / rate
-        inside = (step > low) & (step < high) & np.isfinite(step)
-        moved = np.where(inside, step, (low + high) / 2.0)
-        done = np.abs(moved - place) <= PLACE_FOUND * scale
+        there = np.abs(step - place) <= found  # where it is an end of the interval too
+        moved = np.where(there | ((step > low) & (step < high)), step, (low + high) / 2.0)
+        done = np.abs(moved - place) <= found
         place = moved
         if done.all():
             break

@@ -13,8 +13,8 @@ from movimentum.tolerances import CUT_STRAIGHT, OUTLINE_CLOSES
 
 FINER = 8
 """Pieces between two samples of an outline."""
-AT_ONCE = 512
-"""Points that are compared with all poses at once."""
+AT_ONCE = 1 << 17
+"""Pairs of numbers that are compared at once."""
 
 
 class SweptOutline:
@@ -25,55 +25,62 @@ class SweptOutline:
     def __init__(self, tool: Contour, poses: FloatArray, radius: float | None = None) -> None:
         self.radius = radius
         self.tool = tool
-        self.poses = poses[:4]
-        samples = tool.samples
-        fine = np.interp(np.arange(FINER * (len(samples) - 1) + 1) / FINER, np.arange(len(samples)), samples)
-        points = tool.points(fine)
-        new = np.append(True, np.hypot(*np.diff(points, axis=0).T) > OUTLINE_CLOSES * tool.size)
-        points = points[new]
-        if tool.closed and np.hypot(*(points[-1] - points[0])) <= OUTLINE_CLOSES * tool.size:
-            points = points[:-1]
-        self.outline = _straightened(points)
-        self.area = tool.closed and not tool.doubled
+        x, y, c, s = poses[:4]
         self.reach = tool.reach
-        self.far = float(np.hypot(*self.outline.T).max()) + self.reach
+        points = np.zeros((1, 2)) if radius is not None else _polygon(tool)
+        # along the first axis it is as long as it can be, so that few points are in its box
+        off = points - points[0]
+        along = off[np.argmax(np.hypot(*off.T))]
+        size = float(np.hypot(*along)) or 1.0
+        ax, ay = (along / size).tolist() if along.any() else (1.0, 0.0)
+        self.outline = points @ np.array([[ax, -ay], [ay, ax]])
+        self.poses = np.stack([x, y, ax * c - ay * s, ax * s + ay * c])
+        self.area = tool.closed and not tool.doubled
+        room = (self.reach if radius is None else radius) + OUTLINE_CLOSES * tool.size
+        self.box = self.outline.min(axis=0) - room, self.outline.max(axis=0) + room
+        self.far = float(np.hypot(*self.outline.T).max()) + room
 
     def covers(self, points: FloatArray) -> Any:
         """Which of points (M, 2) of the frame it goes over."""
-        if self.poses.shape[1] == 0:
-            return np.zeros(len(points), dtype=bool)
-        if self.radius is not None:
-            return self._in_circle(points, self.radius)
         found = np.zeros(len(points), dtype=bool)
-        x, y, c, s = self.poses
-        low = np.min(self.poses[:2], axis=1) - self.far
-        high = np.max(self.poses[:2], axis=1) + self.far
-        alive = np.nonzero(((points >= low) & (points <= high)).all(axis=1))[0]
-        before: FloatArray | None = None
-        crosses = not self.area and self.reach == 0.0
-        for k in range(self.poses.shape[1]):
-            if not len(alive):
-                break
-            px, py = points[alive, 0] - x[k], points[alive, 1] - y[k]
-            local = np.stack([c[k] * px + s[k] * py, c[k] * py - s[k] * px], axis=-1)
-            near = np.hypot(px, py) <= self.far
-            hit = np.zeros(len(alive), dtype=bool)
-            if crosses:
-                if before is not None:
-                    near |= np.hypot(*before.T) <= self.far
-                    hit[near] = self._crossed(before[near], local[near])
-            elif near.any():
-                hit[near] = self._within(local[near])
+        count = self.poses.shape[1]
+        if count == 0:
+            return found
+        low, high = np.min(self.poses[:2], axis=1) - self.far, np.max(self.poses[:2], axis=1) + self.far
+        alive = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        line = self.radius is None and not self.area and self.reach == 0.0
+        k = 0
+        while len(alive) and k < count:
+            end = min(k + max(1, AT_ONCE // len(alive)), count)
+            hit = self._hit(points[alive], slice(max(k - 1, 0) if line else k, end), line)
             found[alive[hit]] = True
-            alive, before = alive[~hit], local[~hit]
+            alive, k = alive[~hit], end
         return found
 
-    def _in_circle(self, points: FloatArray, radius: float) -> Any:
-        found = np.zeros(len(points), dtype=bool)
-        for k in range(0, len(points), AT_ONCE):
-            off = points[k : k + AT_ONCE, :, None] - self.poses[:2]
-            found[k : k + AT_ONCE] = (np.hypot(off[:, 0], off[:, 1]) < radius).any(axis=1)
-        return found
+    def _hit(self, points: FloatArray, some: slice, line: bool) -> Any:
+        """Which of points (M, 2) it goes over in these of its poses, a ``line`` between them."""
+        x, y, c, s = self.poses[:, some]
+        px, py = points[:, :1] - x, points[:, 1:] - y
+        local = (px, py) if self.radius is not None else (c * px + s * py, c * py - s * px)
+        near = np.ones((len(points), px.shape[1] - line), dtype=bool)
+        for own, low, high in zip(local, *self.box, strict=True):
+            if line:
+                near &= (np.maximum(own[:, 1:], own[:, :-1]) >= low) & (np.minimum(own[:, 1:], own[:, :-1]) <= high)
+            else:
+                near &= (own >= low) & (own <= high)
+        number, k = np.nonzero(near)
+        inside = np.stack([own[number, k] for own in local], axis=-1)
+        hit = np.zeros(len(points), dtype=bool)
+        if self.radius is not None:
+            hit[number[np.hypot(*inside.T) < self.radius]] = True
+            return hit
+        after = np.stack([own[number, k + 1] for own in local], axis=-1) if line else inside
+        step = max(1, AT_ONCE // len(self.outline))
+        for begin in range(0, len(number), step):
+            part = slice(begin, begin + step)
+            met = self._crossed(inside[part], after[part]) if line else self._within(inside[part])
+            hit[number[part][met]] = True
+        return hit
 
     def _within(self, points: FloatArray) -> Any:
         hit = np.zeros(len(points), dtype=bool)
@@ -116,6 +123,18 @@ class SweptOutlines:
     def covers(self, points: FloatArray) -> Any:
         """Which of points (M, 2) of the frame one of them goes over."""
         return np.logical_or.reduce([one.covers(points) for one in self.each])
+
+
+def _polygon(tool: Contour) -> FloatArray:
+    """(M, 2): corners of a polygon that stands for an outline."""
+    samples = tool.samples
+    fine = np.interp(np.arange(FINER * (len(samples) - 1) + 1) / FINER, np.arange(len(samples)), samples)
+    points = tool.points(fine)
+    new = np.append(True, np.hypot(*np.diff(points, axis=0).T) > OUTLINE_CLOSES * tool.size)
+    points = points[new]
+    if tool.closed and np.hypot(*(points[-1] - points[0])) <= OUTLINE_CLOSES * tool.size:
+        points = points[:-1]
+    return _straightened(points)
 
 
 def _straightened(points: FloatArray) -> FloatArray:

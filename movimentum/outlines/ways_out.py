@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray, IntArray, nexts
 from movimentum.outlines.facets import MOST_COMPARED, Facets, Feature, nearest, outward, overlap, overlapping
 from movimentum.records import dataclass
 from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
@@ -51,7 +51,7 @@ class Convolution:
         k, i, j = np.nonzero(looking(p, q))
         c, m, n = np.nonzero(looking(q, p))  # edge of q, corner of p
         begin = np.concatenate([p[i] - q[k, j], p[n] - q[c, m]])
-        way = np.concatenate([np.roll(p, -1, axis=0)[i] - p[i], q[c, m] - np.roll(q, -1, axis=1)[c, m]])
+        way = np.concatenate([nexts(p)[i] - p[i], q[c, m] - nexts(q)[c, m]])
         of_edge = np.arange(len(begin)) < len(k)
         place = np.concatenate([k, c])
         order = np.argsort(place, kind="stable")
@@ -167,7 +167,7 @@ def _into_bowl(p: FloatArray, q: FloatArray) -> Feature:
         elif at < 0.0:
             tight.append(int(np.argmin(high)))
     i = int(order[max(tight, key=lambda each: float(n[each] @ x))])
-    j, edge = int(corner[i]), np.roll(p, -1, axis=0)[i] - p[i]
+    j, edge = int(corner[i]), nexts(p)[i] - p[i]
     part = float(np.dot(q[j] + x - p[i], edge)) / max(float(np.dot(edge, edge)), LEAST_DIVISOR)
     return Feature(-math.hypot(x[0], x[1]), (i, min(max(part, 0.0), 1.0)), (j, 0.0), (float(x[0]), float(x[1])))
 

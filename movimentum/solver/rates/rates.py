@@ -26,7 +26,7 @@ from movimentum.expressions import Expr, symbols
 from movimentum.planning.blocks.kinds import Free, Pushing
 from movimentum.planning.blocks.velocities import HIGHEST
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
-from movimentum.records import dataclass, field
+from movimentum.records import dataclass, field, replace
 from movimentum.scene.leaves import Bearing, Cord
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
 from movimentum.solver.arithmetic.evaluation import ordered
@@ -69,12 +69,25 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
     finite rate. One-sided where it has a kink and where steps begin: as time goes on; at the end: as it came there.
     Raises `UndefinedRate` for an acceleration of what a wish draws.
     """
+    return _rates(motion, expressions, (order,), instants)[0]
+
+
+def rates_up_to(
+    motion: PathMotion, expressions: Sequence[Expr], order: int, instants: Sequence[Fraction]
+) -> FloatArray:
+    """(order + 1, n, F): the values and all derivatives up to ``order``, in one go; otherwise as `rates_at`."""
+    return _rates(motion, expressions, range(order + 1), instants)
+
+
+def _rates(
+    motion: PathMotion, expressions: Sequence[Expr], orders: Sequence[int], instants: Sequence[Fraction]
+) -> FloatArray:
     timeline = motion.timeline
     if any(isinstance(payload, Cord | Bearing) for payload in symbols(*expressions)):
         from movimentum.timeline.cords import read_cords  # few scripts have any
 
         expressions = read_cords(timeline.scene, expressions)
-    result = np.full((len(expressions), len(instants)), np.nan)
+    result = np.full((len(orders), len(expressions), len(instants)), np.nan)
     place = 0
     while place < len(instants):
         number = timeline.segment_at(instants[place])
@@ -87,21 +100,25 @@ def rates_at(motion: PathMotion, expressions: Sequence[Expr], order: int, instan
             number, ahead = number - 1, False  # the end of it all: the motion that led there
         segment_motion = motion.segments[number]
         some = at_times(segment_motion.plan.clocks, segment_motion.segment.start, instants[place:end])
-        result[:, place:end] = _in_segment(segment_motion, some, expressions, order, ahead)
+        result[:, :, place:end] = _in_segment(segment_motion, some, expressions, orders, ahead)
         place = end
     return result
 
 
 def _in_segment(
-    segment_motion: SegmentMotion, instants: Instants, expressions: Sequence[Expr], order: int, ahead: bool
+    segment_motion: SegmentMotion,
+    instants: Instants,
+    expressions: Sequence[Expr],
+    orders: Sequence[int],
+    ahead: bool,
 ) -> FloatArray:
-    result = np.full((len(expressions), len(instants)), np.nan)
+    result = np.full((len(orders), len(expressions), len(instants)), np.nan)
     for piece, chosen, part in segment_motion.by_piece(instants):
         if isinstance(piece, Unsolved):
             continue
-        course = _Course(piece, segment_motion.base.now, tuple(expressions), order, ahead)
+        course = _Course(piece, segment_motion.base.now, tuple(expressions), orders[-1], ahead)
         with np.errstate(all="ignore"):
-            result[:, chosen] = course.rates(part)
+            result[:, :, chosen] = course.all_rates(part) if len(orders) > 1 else course.rates(part)
     return result
 
 
@@ -138,6 +155,17 @@ class _Course:
         return [number_of[item] for item in wanted if item in number_of]
 
     # --- rates at instants
+
+    def all_rates(self, instants: Instants) -> FloatArray:
+        """(order + 1, n, F): the rates of all orders; where the equations alone tell less, of each by itself."""
+        series, condition, _ = self._series(instants)
+        values = np.array([self._coefficients(series, condition, order) for order in range(self.order + 1)])
+        doubtful = np.nonzero(condition < NEARLY_SINGULAR_FOR_RATES)[0]
+        if len(doubtful):
+            some = Instants(instants.tau[doubtful], tuple(clock[doubtful] for clock in instants.clocks))
+            for order in range(self.order + 1):
+                values[order, :, doubtful] = replace(self, order=order).rates(some).T
+        return values
 
     def rates(self, instants: Instants) -> FloatArray:
         """(n, F); a limit where the equations alone tell less."""
@@ -195,7 +223,22 @@ class _Course:
         """The rates (n, F) by the equations, (F,) the worst reciprocal condition number on the way, and (F,) the
         fastest rate of an unknown.
         """
-        count = len(instants)
+        series, condition, values = self._series(instants)
+        result = self._coefficients(series, condition, self.order)
+        pace, size = np.zeros(len(instants)), math.factorial(self.order)
+        for n in (n for number in self.needed for n in self.piece.plan.blocks[number].unknowns):
+            pace = np.fmax(pace, size * np.abs(coefficient(values[n] or (), self.order)))
+        return result, condition, pace
+
+    def _coefficients(self, series: Sequence[Series], condition: FloatArray, order: int) -> FloatArray:
+        """(n, F): the rates that series tell; nan where there are none."""
+        size = math.factorial(order)
+        result = np.array([np.broadcast_to(size * coefficient(item, order), len(condition)) for item in series])
+        result[:, np.isnan(condition)] = np.nan
+        return np.where(np.isfinite(result), result, np.nan).reshape(len(series), len(condition))
+
+    def _series(self, instants: Instants) -> tuple[list[Series], FloatArray, list[Series | None]]:
+        """The expressions by time, (F,) the worst reciprocal condition number on the way, and the unknowns by time."""
         state, bad = evaluated(self.piece, instants)
         values: list[Series | None] = [None if value is None else (value,) for value in state]
         moment = Moment(self.piece.plan, instants, values, self.ahead)
@@ -217,15 +260,8 @@ class _Course:
             if found is not None:
                 condition = np.minimum(condition, found)
         taylor = Taylor(self.depth, ahead=self.ahead)
-        found = taylor.values(self.nodes, self.expressions, lambda node: self._leaf(node, moment, taylor))
-        size = math.factorial(self.order)
-        result = np.array([np.broadcast_to(size * coefficient(item, self.order), count) for item in found])
-        result[:, np.isnan(condition)] = np.nan
-        result = np.where(np.isfinite(result), result, np.nan).reshape(len(found), count)
-        pace = np.zeros(count)
-        for n in (n for number in self.needed for n in self.piece.plan.blocks[number].unknowns):
-            pace = np.fmax(pace, size * np.abs(coefficient(values[n] or (), self.order)))
-        return result, condition, pace
+        series = taylor.values(self.nodes, self.expressions, lambda node: self._leaf(node, moment, taylor))
+        return series, condition, values
 
     def _leaf(self, node: Expr, moment: Moment, taylor: Taylor) -> Series:
         """A clock, or a symbol of the scene."""

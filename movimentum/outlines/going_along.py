@@ -1,0 +1,70 @@
+"""Where a moving outline goes along itself, and where ahead."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from movimentum.arrays import FloatArray
+from movimentum.outlines.contour import Contour
+from movimentum.tolerances import CUT_RESTS, PLACE_FOUND
+
+
+def across(tool: Contour, place: FloatArray, inward: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How fast the outline goes to its left, times the length of its direction; and how that changes with the place."""
+    px, py, tx, ty, dx, dy, rx, ry = tool.values(place)
+    vx, vy, w = inward
+    ux, uy = vx - w * py, vy + w * px
+    return tx * uy - ty * ux, rx * uy - ry * ux + w * (tx * dx + ty * dy)
+
+
+def ahead(tool: Contour, place: FloatArray, pose: FloatArray) -> FloatArray:
+    """How fast places of the outline go outwards."""
+    _, _, c, s, vx, vy, w = pose[:7]
+    tx, ty = tool.values(place)[2:4]
+    value = across(tool, place, np.stack([c * vx + s * vy, c * vy - s * vx, w])[:, None])[0]
+    found: FloatArray = tool.side * value / np.hypot(tx, ty)
+    return found
+
+
+def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
+    """Where the outline goes along itself, for velocities (3, N) in its frame: which of the N, the place, and whether
+    it goes inwards before that place and outwards behind it, sorted by N and place.
+    """
+    if tool.radius is not None and not inward[2].any():
+        return _roots_of_a_circle(tool, inward, moves)
+    samples = tool.samples
+    grid = samples[None, :]
+    value = np.where(moves[:, None], across(tool, grid, inward[:, :, None])[0], 1.0)
+    tx, ty = tool.values(samples)[2:4]
+    speed = np.hypot(inward[0], inward[1]) + abs(inward[2]) * tool.size
+    value[abs(value) <= CUT_RESTS * speed[:, None] * np.hypot(tx, ty)] = 0.0
+    positive = value >= 0.0
+    number, k = np.nonzero(positive[:, 1:] != positive[:, :-1])
+    low, high, rising = samples[k].copy(), samples[k + 1].copy(), positive[number, k + 1]
+    flow = inward[:, number]
+    place, found = (low + high) / 2.0, PLACE_FOUND * tool.period
+    for _ in range(60):
+        at, change = across(tool, place, flow)
+        below = (at >= 0.0) != rising
+        low, high = np.where(below, place, low), np.where(below, high, place)
+        with np.errstate(all="ignore"):
+            step = place - at / change
+        there = abs(step - place) <= found  # where it is an end of the interval too
+        moved = np.where(there | ((step > low) & (step < high)), step, (low + high) / 2.0)
+        done = abs(moved - place) <= found
+        place = moved
+        if done.all():
+            break
+    return number, place, rising
+
+
+def _roots_of_a_circle(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArray, Any]:
+    """The same of a circle by its angle that does not turn: on both sides of its way."""
+    number = np.repeat(np.nonzero(moves)[0], 2)
+    ahead: FloatArray = np.degrees(np.arctan2(inward[1], inward[0]))[number]
+    rising = np.arange(len(number)) % 2 == 0
+    place = tool.inside(ahead + np.where(rising, 90.0, -90.0))
+    order = np.lexsort([place, number])
+    return number, place[order], rising[order]
