@@ -439,6 +439,10 @@ OUTLINE_SAMPLED = 1e-3
 """Of an outline's size: between straight pieces that are within it, the nearest place is looked for."""
 BESIDE_AN_END = 1e-6
 """Of a piece of an outline: how far beside its end its direction is measured, where it stands still at the end."""
+CUSP_SLOW, CUSP_STANDS = 0.1, 1e-9
+"""Of its fastest: where a curve's parameter moves it more slowly it is looked whether it stands still, and so slowly
+it does.
+"""
 SHORTEST_PIECE = 1e-9
 """Of the range of a parameter: pieces between two kinks that are shorter are none."""
 KINK_AS_SAID = 1e-12
@@ -545,6 +549,8 @@ SAME_INSTANT = 1e-12
 """Time units: instants that differ by rounding only."""
 CLAIM_MET = 1e-9
 """Of the scene's size (its largest extent, in pixels), for a claim without ``.within``."""
+NO_DIRECTION = 1e-12
+"""Of the longest that a vector is in a film: where it is shorter it is zero but for rounding, and has no direction."""
 CLAIM_NEARLY_MET = 1e-3
 """Of the scene's size: for a larger error, no tolerance is suggested."""
 NEXT_ROUND = 1e-9

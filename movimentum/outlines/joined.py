@@ -17,8 +17,9 @@ from movimentum.expressions import add, const, mul
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.edges import Edge, broad, fine_points, moved_out
 from movimentum.outlines.facets import inside
+from movimentum.outlines.kinks import at_piece
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.pieces import Smooth, assembled, at_piece
+from movimentum.outlines.pieces import Smooth, assembled
 from movimentum.outlines.shapes import circle
 from movimentum.tolerances import (
     EDGES_CROSS_AT,

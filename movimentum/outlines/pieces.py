@@ -8,30 +8,25 @@ direction does, a corner.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.expressions import ONE, ZERO, Expr, add, call, const, div, mul, neg, rebuild, sub, walk
+from movimentum.expressions import Expr, add, call, const, div, mul, neg, sub
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, numeric, put_in, slope, smooth
+from movimentum.outlines.kinks import at_piece, cusps_of, kinks_of
 from movimentum.tolerances import (
     BESIDE_AN_END,
-    KINK_AS_SAID,
     LEAST_DIVISOR,
     LINE_TURNS_BACK,
     OUTLINE_CLOSES,
     OUTLINE_CORNER,
-    SHORTEST_PIECE,
 )
 
-SEARCHED = 4096
-"""Where kinks are looked for: between so many places."""
-MOST_PIECES = 2000
-"""Of a curve by expressions: more are not told apart by the places between which they are looked for."""
 TURN = 1.0
 """Of the parameter: what a corner or a straight piece between two ends takes."""
 
@@ -44,21 +39,20 @@ class Undefined(Exception):
         self.place = place
 
 
-class TooManyPieces(Exception):
-    """An expression has ``count`` jumps and corners or more."""
-
-    def __init__(self, count: int) -> None:
-        super().__init__(count)
-        self.count = count
-
-
 def traced(x: Expr, y: Expr, first: float, last: float, *, closed: bool) -> Contour:
     """The curve of two expressions of `PLACE`. Errors: `Undefined` where one has no value, `TooManyPieces`."""
-    kinks = _kinks((x, y), first, last)
-    bounds = [first, *kinks, last]
-    middles = [(a + b) / 2.0 for a, b in pairwise(bounds)]
-    own = [(at_piece(x, m), at_piece(y, m)) for m in middles]
+    bounds = [first, *kinks_of((x, y), first, last), last]
+
+    def parted() -> list[tuple[Expr, Expr]]:
+        return [(at_piece(x, m), at_piece(y, m)) for m in ((a + b) / 2.0 for a, b in pairwise(bounds))]
+
+    own = parted()
     _check(own, bounds)
+    # what touches a closed curve goes round the tip of a cusp; along an open one pins go through it
+    pieces_of = zip(own, pairwise(bounds), strict=True) if closed else ()
+    if cusps := [place for each, ends in pieces_of for place in cusps_of(each, *ends)]:
+        bounds = sorted([*bounds, *cusps])
+        own = parted()
     if len(own) == 1 and _is_smooth(own[0], first, last, closed=closed):
         return smooth(own[0], first, last, closed=closed)
     pieces = [(position, a, b) for position, (a, b) in zip(own, pairwise(bounds), strict=True)]
@@ -83,7 +77,9 @@ def assembled(own: Sequence[Smooth], *, closed: bool) -> Contour:
     for k in range(count):
         pieces.append(CurvePiece(*own[k]))
         if k < len(joints) and joints[k] != "smooth":
-            pieces += _joined(ends[k][1], ends[(k + 1) % count][0], jump=joints[k] == "jump")
+            following = (k + 1) % count
+            way = _turning(own[k], own[following])
+            pieces += _joined(ends[k][1], ends[following][0], jump=joints[k] == "jump", way=way)
     return chained(pieces, closed=closed)
 
 
@@ -166,23 +162,27 @@ def chained(pieces: Sequence[CurvePiece], *, closed: bool) -> Contour:
     return Contour((x, y), (tx, ty), starts, closed=closed, own=own)
 
 
-def _joined(end: FloatArray, begin: FloatArray, *, jump: bool) -> list[CurvePiece]:
-    """What joins the end of a piece to the beginning of the next: corners, and a straight line between them."""
+def _joined(end: FloatArray, begin: FloatArray, *, jump: bool, way: float = 1.0) -> list[CurvePiece]:
+    """What joins the end of a piece to the beginning of the next: corners, and a straight line between them. ``way``:
+    the side to which a direction turns that turns back.
+    """
     p, q = (const(float(end[0])), const(float(end[1]))), (const(float(begin[0])), const(float(begin[1])))
     before, after = (math.degrees(math.atan2(float(e[3]), float(e[2]))) for e in (end, begin))
     if not jump:
-        return corner(p, before, after)
+        return corner(p, before, after, way)
     along = math.degrees(math.atan2(float(begin[1] - end[1]), float(begin[0] - end[0])))
     line = tuple(add(a, mul(PLACE, sub(b, a))) for a, b in zip(p, q, strict=True))
     return [*corner(p, before, along), CurvePiece((line[0], line[1]), 0.0, TURN), *corner(q, along, after)]
 
 
-def corner(at: tuple[Expr, Expr], before: float, after: float) -> list[CurvePiece]:
-    """The direction turns the shorter way round, at one point; nothing if it does not turn."""
+def corner(at: tuple[Expr, Expr], before: float, after: float, way: float = 1.0) -> list[CurvePiece]:
+    """The direction turns the shorter way round, at one point; nothing if it does not turn. ``way``: the side to which
+    it turns back, where it does: the left (1), as round the end of a line, or the right (-1).
+    """
     turn = math.remainder(after - before, 360.0)
     if abs(turn) <= math.degrees(OUTLINE_CORNER):
         return []
-    turn = abs(turn) if 180.0 - abs(turn) < LINE_TURNS_BACK else turn  # round the end of a line
+    turn = math.copysign(turn, way) if 180.0 - abs(turn) < LINE_TURNS_BACK else turn
     angle = add(const(before), mul(const(turn), PLACE))
     return [CurvePiece(at, 0.0, TURN, (call("cosd", angle), call("sind", angle)))]
 
@@ -206,15 +206,36 @@ def _check(own: Sequence[tuple[Expr, Expr]], bounds: Sequence[float]) -> None:
 
 
 def _ends(position: tuple[Expr, Expr], begin: float, end: float) -> FloatArray:
-    """(2, 4): where a piece begins and ends, and its direction there; if it stands still there, that beside it."""
-    values = numeric([*position, *map(slope, position)])
+    """(2, 4): where a piece begins and ends, and its direction there; if it stands still there, the limit."""
+    rates = [slope(each) for each in position]
+    values = numeric([*position, *rates, *map(slope, rates)])
     off = BESIDE_AN_END * (end - begin)
     exact = np.stack(values(np.array([begin, end])), axis=-1)
     beside = np.stack(values(np.array([begin + off, end - off])), axis=-1)
     speed = np.hypot(exact[:, 2], exact[:, 3])
     still = ~(speed > OUTLINE_CORNER * np.hypot(beside[:, 2], beside[:, 3]))
-    exact[still, 2:] = beside[still, 2:]
-    return exact
+    # it begins to move as its second derivative says, and ends against it; unless that is 0 too
+    limit = exact[:, 4:] * [[off], [-off]]
+    told = np.hypot(*limit.T) > 0.5 * np.hypot(beside[:, 2], beside[:, 3])
+    exact[still, 2:4] = np.where(told[:, None], limit, beside[:, 2:4])[still]
+    return exact[:, :4]
+
+
+def _turning(one: Smooth, other: Smooth) -> float:
+    """To which side the direction turns from the end of a piece to the beginning of another one: the left (1), or the
+    right (-1). It is seen beside them, for at a cusp the direction turns back.
+    """
+    (position, begin, end), (following, first, last) = one, other
+    x, y = (
+        float(each[0])
+        for each in numeric([slope(each) for each in position])(np.array([end - BESIDE_AN_END * (end - begin)]))
+    )
+    u, v = (
+        float(each[0])
+        for each in numeric([slope(each) for each in following])(np.array([first + BESIDE_AN_END * (last - first)]))
+    )
+    turn = math.degrees(math.atan2(x * v - y * u, x * u + y * v))
+    return -1.0 if turn < 0.0 and 180.0 - abs(turn) > LINE_TURNS_BACK else 1.0
 
 
 def _joint(end: FloatArray, begin: FloatArray, size: float) -> str:
@@ -232,118 +253,3 @@ def _repeats(position: tuple[Expr, Expr], first: float, last: float, size: float
     values = numeric(position)
     here, there = np.stack(values(places)), np.stack(values(places + span))
     return bool((np.abs(here - there) <= OUTLINE_CLOSES * size).all())
-
-
-# --- kinks
-
-
-def _kinks(roots: Sequence[Expr], first: float, last: float) -> list[float]:
-    """Where a function of ``roots`` goes from one of its pieces to another."""
-    states = [state for node in walk(*roots) for state in _states(node)]
-    if not states:
-        return []
-    values = numeric(states)
-
-    def state(places: FloatArray) -> FloatArray:
-        found = np.stack(values(places))
-        return np.where(np.isfinite(found), np.floor(found), -np.inf)
-
-    places = np.linspace(first, last, SEARCHED + 1)
-    seen = state(places)
-    inner: list[float] = []
-    changes = np.nonzero((seen[:, 1:] != seen[:, :-1]).any(axis=0))[0].tolist()
-    if len(changes) > MOST_PIECES:
-        raise TooManyPieces(len(changes))
-    for k in changes:
-        inner += _between(state, float(places[k]), float(places[k + 1]))
-    least = SHORTEST_PIECE * (last - first)
-    found: list[float] = []
-    for place in inner:
-        if first + least < place < last - least and (not found or place - found[-1] > least):
-            found.append(place)
-    return found
-
-
-def _between(state: Callable[[FloatArray], FloatArray], low: float, high: float) -> list[float]:
-    """Where the state changes between two places; a value that is its own piece (at the kink) is passed over."""
-    at = state(np.array([low, high]))
-    begin = at[:, 0]
-    for _ in range(100):
-        middle = (low + high) / 2.0
-        if not low < middle < high:
-            break
-        if (state(np.array([middle]))[:, 0] == begin).all():  # type: ignore[operator]
-            low = middle
-        else:
-            high = middle
-    near = round(high * 2.0**20) / 2.0**20  # a kink where the script says, if it is that close
-    return [near if abs(near - high) <= KINK_AS_SAID * max(1.0, abs(high)) else high]
-
-
-def _states(node: Expr) -> list[Expr]:
-    """Expressions whose whole part changes where ``node`` goes from one of its pieces to another."""
-    args = node.args
-    if not any(PLACE in walk(arg) for arg in args):
-        return []
-    match node.op:
-        case "abs":
-            return [_sign(args[0])]
-        case "min" | "max" | "le":
-            return [_sign(sub(args[0], args[1]))]
-        case "floor":
-            return [args[0]]
-        case "mod":
-            return [Expr("div", args)]
-        case "ease":
-            return [_sign(args[0]), _sign(sub(args[0], ONE))]
-        case "tand":
-            return [Expr("div", (sub(args[0], const(90.0)), const(180.0)))]
-        case "table" if isinstance(node.payload, Table) and not node.payload.smooth:
-            table = node.payload
-            rows = Table(table.x, np.arange(len(table.x), dtype=np.float64), ends=table.ends)
-            return [call("table", args[0], payload=rows)]
-        case _:
-            return []
-
-
-def _sign(value: Expr) -> Expr:
-    """-1 below zero, else 0."""
-    return call("le", ZERO, value, ZERO, const(-1.0))
-
-
-def at_piece(root: Expr, place: float) -> Expr:
-    """``root`` with each such function replaced by the piece that it is at ``place``."""
-    nodes = list(walk(root))
-    values = numeric(nodes)(np.array([place]))
-    value = {node: float(each[0]) for node, each in zip(nodes, values, strict=True)}
-    memo: dict[Expr, Expr] = {}
-    for node in nodes:
-        args = tuple(memo[arg] for arg in node.args)
-        v = [value[arg] for arg in node.args]
-        match node.op:
-            case "abs":
-                memo[node] = args[0] if v[0] >= 0.0 else neg(args[0])
-            case "min" | "max":
-                memo[node] = args[0] if (v[0] <= v[1]) == (node.op == "min") else args[1]
-            case "le":
-                memo[node] = args[2] if v[0] <= v[1] else args[3]
-            case "floor":
-                memo[node] = const(value[node])
-            case "mod":
-                memo[node] = sub(args[0], mul(const(math.floor(v[0] / v[1])), args[1]))
-            case "ease":
-                u = args[0]
-                inside = mul(mul(u, u), sub(const(3.0), mul(const(2.0), u)))
-                memo[node] = ZERO if v[0] <= 0.0 else ONE if v[0] >= 1.0 else inside
-            case "table" if isinstance(node.payload, Table) and not node.payload.smooth and args[0].value is None:
-                memo[node] = _line_of(node.payload, args[0], v[0])
-            case _:
-                memo[node] = rebuild(node, args)
-    return memo[root]
-
-
-def _line_of(table: Table, argument: Expr, at: float) -> Expr:
-    """The straight line of a table that its value at ``at`` is on."""
-    value, rate = float(table.at(at)), table.derived()
-    change = 0.0 if rate is None else float(rate.at(at))
-    return add(const(value), mul(const(change), sub(argument, const(at))))

@@ -15,8 +15,9 @@ from movimentum.diagnostics import Diagnostic, insertion, replacement
 from movimentum.expressions import Expr, add, call, const, mul, substitute
 from movimentum.expressions.tables import Ends, Table
 from movimentum.outlines.contour import PLACE, Contour, smooth
+from movimentum.outlines.kinks import MOST_PIECES, TooManyPieces
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.pieces import MOST_PIECES, TooManyPieces, Undefined, assembled, traced
+from movimentum.outlines.pieces import Undefined, assembled, traced
 from movimentum.records import replace
 from movimentum.scene.expansion.constants import varies
 from movimentum.scene.expansion.table_files import POINTS, ReadTable, TableColumn, Tables

@@ -144,3 +144,17 @@ def test_what_has_no_value_yet_fulfils_no_claim(claim):
     (error,) = [d for d in examine(motion_of(text)).diagnostics if d.code == "claim/broken"]
     assert "has no value: the claim fails from t = 0" in error.message
     assert "nan" not in error.message
+
+
+@pytest.mark.parametrize(
+    ("claim", "holds"),
+    [
+        (".a(P.C - [100,100], [1,0]) = 45", True),
+        (".a(.d(P.C), [1,0]) = 45", True),
+        (".abs(.a(P.C - [100,100], [1,0])) > 44", True),
+        (".a(P.C - [100,100], [1,0]) = 30", False),
+    ],
+)
+def test_a_claim_about_an_angle_says_nothing_where_the_vector_is_zero(claim, holds):
+    head = "P : .disc(3) C = [100,100]; @0 P.angle = 0; P.C = [100 + 50*.t^2,100 - 50*.t^2]; "
+    assert (not list(broken_claims(motion_of(f"{head}.claim {claim}; @1")))) is holds

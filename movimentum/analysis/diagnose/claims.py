@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
+from movimentum.expressions import walk
 from movimentum.query import Reader, reader
 from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
@@ -19,7 +20,7 @@ from movimentum.solver.segment_motion import Unsolved
 from movimentum.source import SourceText
 from movimentum.text import counted, number, time_text
 from movimentum.timeline.model import HeldClaim
-from movimentum.tolerances import CLAIM_MET, CLAIM_NEARLY_MET, NEXT_ROUND
+from movimentum.tolerances import CLAIM_MET, CLAIM_NEARLY_MET, NEXT_ROUND, NO_DIRECTION
 
 CHUNK = 8192
 HALVINGS = 60
@@ -129,7 +130,11 @@ class _Judge:
     def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
         claim = held.claim
         self.motion, self.held = motion, held
-        self.read: Reader = reader(motion.timeline.scene, (*claim.left, *claim.right), motion)
+        sides = *claim.left, *claim.right
+        # the sine and the cosine of each angle, which is none where both are 0
+        self.turns = [arg for node in walk(*sides) if node.op == "atan2d" for arg in node.args]
+        self.longest = np.zeros(len(self.turns) // 2)
+        self._read: Reader = reader(motion.timeline.scene, (*sides, *self.turns), motion)
         given = claim.tolerance
         self.tolerance = CLAIM_MET * motion.size if given is None else float(given)
         self.constant = _constant_off(claim)
@@ -139,17 +144,32 @@ class _Judge:
         self.bad: list[NDArray[np.intp]] = []
         self.looked = 0
 
+    def read(self, poses: Poses) -> tuple[list[FloatArray], NDArray[np.bool_]]:
+        """The components of both sides, and (F,) whether there is anything to judge: a claim about the direction of a
+        vector says nothing of instants at which the vector is zero.
+        """
+        values = self._read(poses)
+        count = len(values) - len(self.turns)
+        told = poses.solved.copy()
+        for k, (y, x) in enumerate(zip(values[count::2], values[count + 1 :: 2], strict=True)):
+            size = np.hypot(y, x)
+            self.longest[k] = max(self.longest[k], float(np.max(size[np.isfinite(size)], initial=0.0)))
+            told &= ~(size <= NO_DIRECTION * self.longest[k]) | (self.longest[k] == 0.0)
+        return list(values[:count]), told
+
     def failing(self, off: FloatArray) -> NDArray[np.bool_]:
         strict = self.held.claim.strict and self.held.claim.tolerance is None
         return ~(off < 0.0) if strict else ~(off <= self.tolerance)
 
     def look(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
         """Judge poses; ``frame``: the number of the first one, if they are frames."""
-        inside = np.array([self.held.covers(time) for time in times], dtype=np.bool_) & poses.solved
-        places = np.nonzero(inside)[0]
+        inside = np.array([self.held.covers(time) for time in times], dtype=np.bool_)
+        if not (inside & poses.solved).any():
+            return
+        values, told = self.read(poses)
+        places = np.nonzero(inside & told)[0]
         if len(places) == 0:
             return
-        values = self.read(poses)
         off = off_by(self.held.claim, values) if self.constant is None else np.full(len(times), self.constant)
         fails = self.failing(off)
         self.looked += len(places)
@@ -195,8 +215,9 @@ class _Judge:
         """(F,): by how much the claim is off at times; -inf where there is no solution."""
         times, back = np.unique(tau, return_inverse=True)
         poses = self.motion.poses_at([Fraction(time) for time in times.tolist()])
-        off = off_by(self.held.claim, self.read(poses))
-        return np.where(poses.solved & np.isfinite(off), off, -np.inf)[back]
+        values, told = self.read(poses)
+        off = off_by(self.held.claim, values)
+        return np.where(told & np.isfinite(off), off, -np.inf)[back]
 
     def verdict(self) -> Broken | None:
         if self.fails is None:
@@ -225,7 +246,8 @@ class _Judge:
             if not good < middle < bad:
                 break
             poses = self.motion.poses_at([middle])
-            if poses.solved[0] and self.failing(off_by(self.held.claim, self.read(poses)))[0]:
+            values, told = self.read(poses)
+            if told[0] and self.failing(off_by(self.held.claim, values))[0]:
                 bad = middle
             else:
                 good = middle
