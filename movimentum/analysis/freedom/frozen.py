@@ -21,6 +21,7 @@ from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.path.piece import Piece
+from movimentum.solver.pushing.contacts import PartPair
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.law import Moved, moved
 from movimentum.solver.pushing.phases import gone_on
@@ -139,6 +140,8 @@ class PushedBlock(HeldBlock):
 
     _now = np.ones(1)
     _way = np.array([0.0, 1.0])
+    _before: tuple[FloatArray, Sequence[PartPair]] | None = None
+    """The pose that the last way led to, and what held it there."""
 
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         state, clocks = super()._probe(tau)
@@ -164,8 +167,11 @@ class PushedBlock(HeldBlock):
     def pulled(self, x: FloatArray, steps: int) -> Iterator[FloatArray]:
         """See `HeldBlock`; all of the way is one step."""
         with np.errstate(all="ignore"):
-            track = gone_on(self._course(), x, self._way, float(self._way[-1]), PULLED)
-        yield track.values[-1]
+            pose, held = self._before or (None, ())
+            held = held if pose is x else ()
+            track = gone_on(self._course(), x, self._way, float(self._way[-1]), PULLED, held)
+        self._before = track.values[-1], track.phases[-1].held if track.phases else ()
+        yield self._before[0]
 
 
 def held_block(

@@ -7,6 +7,7 @@ The unknowns' velocities are measured in the block's metric: v = W y, with W' M 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -106,6 +107,7 @@ class Whitened:
         self.pushes = now.pushes @ self.white
         self.reference = np.linalg.norm(self.pushes, axis=1)
 
+    @cached_property
     def followed(self) -> FloatArray:
         """The y (n,) that follows the wishes level by level, whatever the inequalities say that are not held."""
         y, free = self.least, self.free
@@ -245,7 +247,7 @@ def held(now: Instant, which: Rows) -> FloatArray:
     linear = now.whitened(which)
     if not linear.finite:
         return np.full(len(linear.scale), np.nan)
-    return without_rounding(linear.white @ linear.followed(), linear.scale)
+    return without_rounding(linear.white @ linear.followed, linear.scale)
 
 
 def without_rounding(v: FloatArray, scale: FloatArray) -> FloatArray:
@@ -275,7 +277,7 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
             seen.add(tuple(numbered(which)))
             if not now.whitened(which).agrees:
                 return None
-            y = now.whitened(which).followed()
+            y = now.whitened(which).followed
             found = judged(y, which)
             low = found.opening < -found.tolerance
             if low[which].any():
@@ -294,7 +296,7 @@ def moved(now: Instant, guess: Rows | None = None) -> Moved:
         return found
     y, holding = free.lexicographic(guess)
     if y is None:
-        return Moved(None, judged(free.followed(), none).opening, holding, judged(free.least, none).tolerance)
+        return Moved(None, judged(free.followed, none).opening, holding, judged(free.least, none).tolerance)
     found = judged(y, holding)
     holding = holding[found.opening[holding] <= found.tolerance[holding]]  # a level below may have opened others
     return settled(holding) or replace(found, holds=holding, sure=False)

@@ -38,9 +38,16 @@ def followed(course: PushCourse, x: FloatArray, nodes: FloatArray, until: float)
 
 
 def gone_on(
-    course: PushCourse, x: FloatArray, nodes: FloatArray, until: float, tolerance: float = FREE_MOTION_STEP
+    course: PushCourse,
+    x: FloatArray,
+    nodes: FloatArray,
+    until: float,
+    tolerance: float = FREE_MOTION_STEP,
+    before: Sequence[PartPair] = (),
 ) -> PushTrack:
-    """The same from a pose in which nothing overlaps. ``tolerance``: of a step, in units of the unknowns' scale."""
+    """The same from a pose in which nothing overlaps. ``tolerance``: of a step, in units of the unknowns' scale;
+    ``before``: what has held the block until then.
+    """
     tau = float(nodes[0])
     end = min(until, float(nodes[-1]))
     parts: list[Strides] = []
@@ -49,7 +56,6 @@ def gone_on(
     stands, again, shut = 0, frozenset[PartPair](), frozenset[PartPair]()
     left: frozenset[PartPair] = frozenset()
     opened: frozenset[PartPair] = frozenset()
-    before: tuple[PartPair, ...] = ()
     why, jammed = PushEnd.NONE, ()
     contacts = course.contacts
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
