@@ -48,15 +48,12 @@ def gone_on(
     """The same from a pose in which nothing overlaps. ``tolerance``: of a step, in units of the unknowns' scale;
     ``before``: what has held the block until then.
     """
-    tau = float(nodes[0])
-    end = min(until, float(nodes[-1]))
+    tau, end = float(nodes[0]), min(until, float(nodes[-1]))
     parts: list[Strides] = []
     phases: list[Phase] = []
     events: list[Event] = []
-    stands, again, shut = 0, frozenset[PartPair](), frozenset[PartPair]()
-    left: frozenset[PartPair] = frozenset()
-    opened: frozenset[PartPair] = frozenset()
-    why, jammed = PushEnd.NONE, ()
+    stands, why, jammed = 0, PushEnd.NONE, ()
+    again = shut = left = opened = frozenset[PartPair]()
     contacts = course.contacts
     touching, tips = contacts.touching(course.at(tau), x[None], course.closed)
     while True:
@@ -97,10 +94,9 @@ def gone_on(
         if stands >= MERGED:  # what opens whenever it begins has opened
             touching = [contact for contact in touching if contact not in again]
     reached = tau if why is not PushEnd.NONE else max(until, float(nodes[-1]))
-    told = tuple(map(contacts.pair, jammed))
-    if why is PushEnd.JAM:
-        events += [Event(tau, Happening.JAMS, *each) for each in dict.fromkeys(told)]
-    return _joined(parts, tau, x, reached, phases, events, why, tuple(dict.fromkeys(told)))
+    told = tuple(dict.fromkeys(map(contacts.pair, jammed)))
+    events += [Event(tau, Happening.JAMS, *each) for each in told]
+    return _joined(parts, tau, x, reached, phases, events, why, told)
 
 
 def _wrong_at_once(course: PushCourse, tau: float, x: FloatArray) -> PushTrack | None:
