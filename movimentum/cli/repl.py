@@ -61,7 +61,7 @@ def repl(
 
     It also opens scripts with errors and scenes without a solution. `help` lists the commands.
     """
-    from movimentum.repl.session import opened
+    from movimentum.repl.session import UNHURRIED, opened
     from movimentum.repl.shell import Teller, interact
     from movimentum.repl.shell import replay as replayed
 
@@ -73,7 +73,7 @@ def repl(
     if record is not None:
         refuse_unwritable(Path(record))
         refuse_overwriting(Path(record), [script, *filter(None, [replay])])
-    session = opened(script, choices)
+    session = opened(script, choices, 1.0 if record is None and replay is None else UNHURRIED)
     if replay is not None:
         code = replayed(session, read(replay).text, replay, teller)
     else:

@@ -37,8 +37,9 @@ def cusps_of(position: tuple[Expr, Expr], begin: float, end: float) -> list[floa
     values = numeric([*rates, *map(slope, rates)])
 
     def at(places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        x, y, u, v = values(places)
-        return x * x + y * y, x * u + y * v  # the square of the speed, and half of how it changes
+        with np.errstate(all="ignore"):  # a curve may go beyond all numbers
+            x, y, u, v = values(places)
+            return x * x + y * y, x * u + y * v  # the square of the speed, and half of how it changes
 
     places = np.linspace(begin, end, CUSPS_SEARCHED + 1)
     square, change = at(places)

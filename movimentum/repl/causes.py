@@ -22,7 +22,7 @@ def why_not(session: Session, text: str) -> Answer:
     if not text.strip():
         raise refused("argument", "`why not` needs a condition", "why not Rod.B.x = 300")
     with at_the_prompt(session, text):
-        found = causes.why_not(session, text, PATIENCE_S)
+        found = causes.why_not(session, text, session.patience * PATIENCE_S)
     asked, when = text.strip().removesuffix(";"), time_text(float(session.time))
     if found.possible:
         return session, AnswerWithData(
@@ -64,7 +64,7 @@ def bisect(session: Session, argument: str) -> Answer:
     from movimentum.workflow import causes
 
     _ = session.work.motion  # errors of spelling are reported by `check`
-    found = causes.bisect(session, PATIENCE_S)
+    found = causes.bisect(session, session.patience * PATIENCE_S)
     if found.size == 0:
         return session, AnswerWithData("the film has no error: there is nothing to repair", found)
     short = f"time was up after {counted(found.tried, 'change')} of {found.all}" if found.tried < found.all else ""

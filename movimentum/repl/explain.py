@@ -62,14 +62,14 @@ def formula(session: Session, argument: str) -> Answer:
 
     text = _name(argument, "formula Rod.B")
     with at_the_prompt(session, text):
-        formulas = session.formulas(text, PATIENCE_S)
+        formulas = session.formulas(text, session.patience * PATIENCE_S)
     import sympy
 
     lines: list[str] = []
     for label, found in formulas:
         if isinstance(found, Obstacle) and found.words == UNREASONABLE:
             with at_the_prompt(session, text):
-                steps = session.named_steps(label, PATIENCE_S)
+                steps = session.named_steps(label, session.patience * PATIENCE_S)
             lines += _steps(steps) if 0 < len(steps) <= MOST_STEPS else [f"{label} has {found.words}"]
         elif isinstance(found, Obstacle):
             lines.append(f"{label} has no closed form: {found.words}")

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 2.0
 """The limit for trying all fixes of a script: the user waits for them."""
+UNHURRIED = 5.0
+"""The `Session.patience` of sessions that are recorded or replayed: on a slow machine too, answers are the same."""
 
 
 def typed(text: str) -> SourceText:
@@ -51,14 +53,15 @@ def refused(code: str, message: str, *helps: str) -> UsageError:
 class Session(Inspector):
     """``file`` is the script's path, ``original`` its text there; ``work`` has the text as it is now.
 
-    ``time`` is the moment looked at. ``watches`` are expressions shown after every move, ``breaks``
-    the conditions at which `run` stops. ``past`` and ``future`` are
-    the texts that undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements
-    that it puts in at this step.
+    ``patience`` multiplies the time limits of answers. ``time`` is the moment looked at. ``watches`` are expressions
+    shown after every move, ``breaks`` the conditions at which `run` stops. ``past`` and ``future`` are the texts that
+    undo and redo go to. ``suggestions`` are what `apply` does, numbered from 1: fixes, and statements that it puts in
+    at this step.
     """
 
     file: str
     original: str
+    patience: float = 1.0
     watches: tuple[str, ...] = ()
     breaks: tuple[str, ...] = ()
     past: tuple[str, ...] = ()
@@ -88,7 +91,7 @@ class Session(Inspector):
     @property
     def advice(self) -> tuple[Diagnostic, ...]:
         """The diagnostics with the fixes that work."""
-        return self.work.advice(PATIENCE_S)
+        return self.work.advice(self.patience * PATIENCE_S)
 
     def refuse_overwriting(self, name: str, *, script: bool = True) -> Path:
         """The file ``name`` as an output; `UsageError` if it is one of the script's pictures or the script."""
@@ -159,10 +162,10 @@ class Session(Inspector):
             return session
 
 
-def opened(path: str, choices: Choices) -> Session:
+def opened(path: str, choices: Choices, patience: float = 1.0) -> Session:
     """A session with the script at ``path``; `UsageError` or `ScriptError` if it cannot be read as text."""
     source = read(path)
-    session = Session(Engine(choices).revise(source), Fraction(0), source.path, source.text)
+    session = Session(Engine(choices).revise(source), Fraction(0), source.path, source.text, patience)
     try:
         return session.at(session.work.timeline.start)
     except MovimentumError:
