@@ -19,7 +19,7 @@ from typing import Any
 
 from movimentum.advice import Advised, Choose
 from movimentum.budget import keep_freed_memory
-from movimentum.errors import usage_error
+from movimentum.errors import MovimentumError, UsageError, usage_error
 from movimentum.signals import interrupts_held_back
 from movimentum.text import counted, listed
 
@@ -205,10 +205,18 @@ def done_by(
             out.popleft()
             send()
             yield result
+    except Exception as error:
+        if isinstance(error, MovimentumError) or client.status == "running":
+            raise
+        raise _stopped() from error  # between two results: nothing can be sent any more
     finally:
         if out:
             with suppress(Exception):
                 client.cancel(list(out), force=True)
+
+
+def _stopped() -> UsageError:
+    return usage_error("usage/dask", "the scheduler has stopped, and the work is lost")
 
 
 def _result_of(future: Any, client: Any, distributed: Any) -> Any:
@@ -218,10 +226,10 @@ def _result_of(future: Any, client: Any, distributed: Any) -> Any:
             return future.result(timeout="1s")
         except TimeoutError:
             if not future.done() and client.status != "running":
-                raise usage_error("usage/dask", "the scheduler has stopped, and the work is lost") from None
+                raise _stopped() from None
         except distributed.KilledWorker as error:
             message = f"{counted(LOST, 'worker')} died on the same piece of work"
             helps = ("the workers' logs say why; often they had too little memory",)
             raise usage_error("usage/dask", message, *helps) from error
         except distributed.CancelledError as error:
-            raise usage_error("usage/dask", "the scheduler has stopped, and the work is lost") from error
+            raise _stopped() from error

@@ -17,6 +17,8 @@ from pathlib import Path
 import pytest
 
 from movimentum.cli.app import commands
+from movimentum.errors import UsageError
+from movimentum.workflow.clusters import done_by
 from tests.broad import broad
 from tests.command import BINDS, CRANK, LONG, STILL, command, environment, movimentum
 
@@ -206,10 +208,23 @@ def test_ctrl_c_at_any_moment_leaves_no_traceback_and_nothing_half_written(name:
         assert left <= {"out.csv.unfinished"} if name.startswith("sweep") else not left, (wait, left)
 
 
+def test_a_scheduler_that_stops_between_two_results_is_told_alike() -> None:
+    pytest.importorskip("distributed")
+
+    class Stopped:
+        status = "closed"
+
+        def submit(self, *_: object, **__: object) -> None:
+            raise RuntimeError("Client is closed. Can't send update-graph message.")
+
+    with pytest.raises(UsageError, match="the scheduler has stopped"):
+        next(done_by(Stopped(), print, None, [()]))
+
+
 @pytest.mark.slow
 def test_a_dead_scheduler_is_told_in_a_line_with_what_to_do(room: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster:
         words = ("sweep", "fit.mov", "--vary", "R=1:50:9000000", "-o", "out.csv", "--dask", cluster.scheduler_address)
         process = subprocess.Popen(
             command(*words, "-q"),

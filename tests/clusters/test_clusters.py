@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]  # the eng
 def two():
     """A cluster of two worker processes."""
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=60) as started,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=60) as started,
         distributed.Client(started, set_as_default=False) as client,
     ):
         yield client
@@ -125,7 +125,7 @@ def test_workers_with_another_version(two, monkeypatch):
 def test_a_scheduler_without_workers(monkeypatch):
     monkeypatch.setattr(clusters, "TIMEOUT_S", 1)
     with (
-        distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=60) as started,
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=60) as started,
         distributed.Client(started, set_as_default=False) as client,
         pytest.raises(UsageError, match="has no workers"),
     ):
