@@ -36,7 +36,12 @@ def module_of(name: str) -> ModuleType:
 def test_the_page_is_what_the_package_says(page: str, maker: ModuleType) -> None:
     made = getattr(maker, page)()
     shown = (DOCS / "reference" / f"{page}.md").read_text(encoding="utf-8")
-    assert shown == made, "python docs/make_reference.py"
+    assert on_any_machine(shown) == on_any_machine(made), "python docs/make_reference.py"
+
+
+def on_any_machine(page: str) -> str:
+    """A page without the digit of a chaotic motion's error, which is other with other processors' rounding."""
+    return re.sub(r"(error of the differential equation grows to )\d(?=e-\d\d)", r"\1?", page)
 
 
 def test_a_few_messages_are_what_the_package_says(maker: ModuleType) -> None:
