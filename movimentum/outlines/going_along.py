@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
+from movimentum.outlines.bracketed import bracketed
 from movimentum.outlines.contour import Contour
 from movimentum.tolerances import CUT_RESTS, PLACE_FOUND
 
@@ -42,21 +43,13 @@ def roots(tool: Contour, inward: FloatArray, moves: Any) -> tuple[Any, FloatArra
     value[abs(value) <= CUT_RESTS * speed[:, None] * np.hypot(tx, ty)] = 0.0
     positive = value >= 0.0
     number, k = np.nonzero(positive[:, 1:] != positive[:, :-1])
-    low, high, rising = samples[k].copy(), samples[k + 1].copy(), positive[number, k + 1]
-    flow = inward[:, number]
-    place, found = (low + high) / 2.0, PLACE_FOUND * tool.period
-    for _ in range(60):
-        at, change = across(tool, place, flow)
-        below = (at >= 0.0) != rising
-        low, high = np.where(below, place, low), np.where(below, high, place)
-        with np.errstate(all="ignore"):
-            step = place - at / change
-        there = abs(step - place) <= found  # where it is an end of the interval too
-        moved = np.where(there | ((step > low) & (step < high)), step, (low + high) / 2.0)
-        done = abs(moved - place) <= found
-        place = moved
-        if done.all():
-            break
+    rising, flow = positive[number, k + 1], inward[:, number]
+
+    def at(place: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        value, change = across(tool, place, flow)
+        return value, change, (value >= 0.0) != rising
+
+    place = bracketed(at, samples[k], samples[k + 1], PLACE_FOUND * tool.period)
     return number, place, rising
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.outlines.bracketed import bracketed
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.facets import Feature, overlap
 from movimentum.outlines.ways_out import deepest, gap
@@ -46,7 +47,7 @@ def of_points(contour: Contour, q: FloatArray) -> FloatArray:
             heights[every, (k + shift) % n] = np.inf
     which, point = np.nonzero(np.array(found))
     q, before_and_after = q[:, point], _neighbours(contour, np.array(valleys)[which, point])
-    place = _bisected(contour, q, *before_and_after)
+    place = _across_from(contour, q, *before_and_after)
     x, y, tx, ty = contour.values(place)[:4]
     distance: FloatArray = np.hypot(q[0] - x, q[1] - y)
     if contour.doubled:  # of both sides, the one that the point is on
@@ -68,7 +69,7 @@ def nearest_sample(contour: Contour, q: FloatArray) -> FloatArray:
         some = slice(first, first + step)
         off = (q[0][some, None] - points[:, 0]) ** 2 + (q[1][some, None] - points[:, 1]) ** 2
         k[some] = np.argmin(off, axis=1)
-    return _bisected(contour, q, *_neighbours(contour, k))
+    return _across_from(contour, q, *_neighbours(contour, k))
 
 
 def _neighbours(contour: Contour, k: Any) -> tuple[FloatArray, FloatArray]:
@@ -80,29 +81,15 @@ def _neighbours(contour: Contour, k: Any) -> tuple[FloatArray, FloatArray]:
     return np.append(end[-1] - period, end[:-1])[k], np.append(begin[1:], begin[0] + period)[k]
 
 
-def _bisected(contour: Contour, q: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _across_from(contour: Contour, q: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Where the line to a point is across the outline: it is ahead at ``low``, and behind at ``high``."""
 
-    def ahead(place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def ahead(place: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
         x, y, tx, ty, dx, dy, rx, ry = contour.values(place)
         value = (q[0] - x) * tx + (q[1] - y) * ty
-        return value, (q[0] - x) * rx + (q[1] - y) * ry - dx * tx - dy * ty
+        return value, (q[0] - x) * rx + (q[1] - y) * ry - dx * tx - dy * ty, value > 0.0
 
-    low, high = low.copy(), high.copy()
-    place = (low + high) / 2.0
-    found = PLACE_FOUND * contour.period
-    for _ in range(60):
-        value, rate = ahead(place)
-        low, high = np.where(value > 0.0, place, low), np.where(value > 0.0, high, place)
-        with np.errstate(all="ignore"):
-            step = place - value / rate
-        there = np.abs(step - place) <= found  # where it is an end of the interval too
-        moved = np.where(there | ((step > low) & (step < high)), step, (low + high) / 2.0)
-        done = np.abs(moved - place) <= found
-        place = moved
-        if done.all():
-            break
-    return place
+    return bracketed(ahead, low, high, PLACE_FOUND * contour.period)
 
 
 # --- two outlines
