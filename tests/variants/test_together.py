@@ -9,12 +9,14 @@ import pytest
 
 import movimentum as mv
 from movimentum.errors import NoSolutionError, ScriptError
+from movimentum.source import SourceText
 from movimentum.variants.axes import Axis, VariantGrid
 from movimentum.variants.family import Family
 from movimentum.variants.measures import read_measures
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.single import Variants
 from movimentum.variants.sweep import SweepJob
+from movimentum.variants.together.preparation import prepare
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand
 from tests.broad import broad
@@ -335,3 +337,25 @@ def test_loops_that_bind_come_out_as_they_do_one_by_one(seed):
         assert rows.outcomes[k] == outcome.code, row
         np.testing.assert_allclose(rows.times[k], time, rtol=0.0, atol=1e-9, err_msg=str(row))
         np.testing.assert_allclose(rows.measures[k], measures, rtol=1e-9, atol=1e-9, err_msg=str(row))
+
+
+QUARTERED = """
+.let r = 26;  .let d = 112;
+Near : .bar  A = [0, 0]  B = A + [d, 0]  C = B + [d, 0];
+Far : .bar  A = [0, 0]  B = A + [d, 0]  C = B + [d, 0];
+Wheel[k = 0..2] : .disc(52)  C = [100 + d*k, 82]  N = C + [r, 0]  F = C + [0, r];
+@0  .for k = 0..2 { Wheel[k].C = [100 + d*k, 82]; }
+    Wheel[1].angle = -180*.t;
+    Near.A = Wheel[0].N;  Near.B = Wheel[1].N;  Near.C = Wheel[2].N;
+    Far.A = Wheel[0].F;  Far.B = Wheel[1].F;  Far.C = Wheel[2].F;
+@2  .loop;
+"""
+
+
+def test_variants_that_cannot_be_determined_together_warn_of_nothing() -> None:
+    """At the dead points of one side its poses are infinite; both sides together decide, for each variant alone."""
+    source = SourceText("quartered.mov", QUARTERED)
+    variants = Variants(source, Choices(), ("d",), read_measures([("m", ".mean(Near.A.x)")], ("d",)))
+    batch = prepare(variants, {}, {"d": (111.0, 113.0)})
+    _, unsure = batch.rows(np.array([[111.5], [112.5]]))
+    assert unsure.all()

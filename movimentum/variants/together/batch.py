@@ -244,6 +244,7 @@ class Batch:
         ends[some] = began.none & ~began.unsure
         return ends
 
+    @np.errstate(all="ignore")  # as in `Places.solved`
     def _misplaced(self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose]) -> BoolArray:
         """(V,) whether gears may come to be where their teeth do not fit, see `analysis.diagnose.meshing`."""
         misplaced = np.zeros(places.count, dtype=np.bool_)
@@ -260,6 +261,7 @@ class Batch:
             misplaced |= ~(largest <= 0.9 * PLAY * item.first.toothed.module) | (item.first.kind is RACK)
         return misplaced
 
+    @np.errstate(all="ignore")  # as in `Places.solved`
     def _jumped(
         self, segment: SegmentPattern, places: Places, poses: dict[int, BodyPose], before: Carried, size: FloatArray
     ) -> BoolArray:
@@ -333,10 +335,10 @@ class _Read:
             n = number_of.get(payload)
             return np.nan if n is None else state[n]
 
-        known = read_off(batch.payloads, self.rest | poses, places.local, other)
         start = segment.segment.start
         clocks = [float(start - clock) + grid.instants.tau for clock in batch.clocks.starts]
         with np.errstate(all="ignore"):
+            known = read_off(batch.payloads, self.rest | poses, places.local, other)
             values = batch.reading([*known, *places.varied], clocks)
         tables = [np.broadcast_to(value, shape) for value in values]
         self.frames.append([table[:, grid.frames] for table in tables])

@@ -61,6 +61,7 @@ class Places:
         self._frames[key] = x, y, ax, ay
         return x, y, ax, ay
 
+    @np.errstate(all="ignore")  # variants without a solution are told apart elsewhere
     def solved(
         self,
         segment: SegmentPattern,
