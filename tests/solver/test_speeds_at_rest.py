@@ -16,15 +16,26 @@ LAWS = {
 }
 
 
+WORDINGS = (
+    "a = .d(.d(A.P).l);",
+    "s = .d(A.P).l; a = .d(s);",
+    ".d(A.P).l = s; a = .d(s);",
+    "0 = s - .d(A.P).l; a = .d(s);",
+    "s = 2*.d(A.P).l + 1; a = .d(s)/2;",
+    "v = .d(A.P); s = v.l; a = .d(s);",
+)
+
+
+@pytest.mark.parametrize("wording", WORDINGS)
 @pytest.mark.parametrize("name", LAWS)
-def test_a_speed_that_is_zero_has_a_rate(name: str) -> None:
+def test_a_speed_that_is_zero_has_a_rate(name: str, wording: str) -> None:
     place, truth = LAWS[name]
-    motion = mv.loads(f".config(10); A : .disc(5) P = [60,100]; @0 A.P = {place}; a = .d(.d(A.P).l); @2").solve()
+    motion = mv.loads(f".config(10); A : .disc(5) P = [60,100]; @0 A.P = {place}; {wording} @2").solve()
     assert motion["a"] == pytest.approx(truth(motion.times), abs=1e-9)
 
 
-def test_a_distance_that_is_zero_has_a_rate() -> None:
-    motion = mv.loads(
-        ".config(10); A : .disc(5) P = [60,100]; @0 A.P = [60 + 30*(.t - 1), 100]; a = .d((A.P - [60,100]).l); @2"
-    ).solve()
+@pytest.mark.parametrize("wording", ["a = .d((A.P - [60,100]).l);", "r = (A.P - [60,100]).l; a = .d(r);"])
+def test_a_distance_that_is_zero_has_a_rate(wording: str) -> None:
+    place = "[60 + 30*(.t - 1), 100]"
+    motion = mv.loads(f".config(10); A : .disc(5) P = [60,100]; @0 A.P = {place}; {wording} @2").solve()
     assert motion["a"] == pytest.approx(np.where(motion.times >= 1.0, 30.0, -30.0), abs=1e-9)

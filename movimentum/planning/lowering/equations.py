@@ -76,10 +76,15 @@ class Equation:
         """
         return but_for_turns(self.residual) if self.form is Form.WINDING else self.residual
 
+    @property
+    def stated(self) -> Expr | None:
+        """The residual as the script states it, if it was rewritten without a change of what it reads."""
+        original = self.original
+        return original if original is not None and symbol_numbers(original) <= self.unknowns else None
+
     def solved_for(self, unknown: int) -> tuple[Expr, Expr] | None:
         """(slope, rest): slope * ``unknown`` + rest = 0, as the script states it; None where it is not of that form."""
-        stated = self.original if self.original is not None and symbol_numbers(self.original) <= self.unknowns else None
-        for residual in (stated, self.residual):
+        for residual in (self.stated, self.residual):
             linear = None if residual is None else affine(residual, unknown)
             if linear is not None and linear[0] != ZERO:
                 return linear

@@ -7,11 +7,12 @@ unknowns at all. Every equation keeps the number of its constraint (or of the ri
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 from movimentum.cancellation import look
 from movimentum.expressions import (
     ONE,
+    ZERO,
     Expr,
     add,
     call,
@@ -23,6 +24,7 @@ from movimentum.expressions import (
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames, scene_shift
 from movimentum.planning.lowering.builder import Forms, SystemBuilder, can_be_seen_turning
+from movimentum.planning.lowering.calculus import affine
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, System
 from movimentum.planning.lowering.unknowns import (
     PoseCos,
@@ -171,16 +173,29 @@ def with_velocities(system: System, rates: Collection[int], reads: Collection[in
     return _finished(builder)
 
 
-def with_rates(system: System, equations: Iterable[int]) -> System:
-    """``system`` with the time derivatives of the given equations added (linear in the rates)."""
+def with_rates(system: System, equations: Sequence[int], unknowns: Sequence[int]) -> System:
+    """``system`` with the time derivatives of the given equations, which determine ``unknowns``, added (linear in the
+    rates).
+    """
     builder = _reopened(system)
     for number in equations:
         equation = system.equations[number]
         if equation.form is Form.INTEGRAL:
             continue
-        derived = builder.total_derivative(equation.residual)
+        derived = builder.total_derivative(_differentiable(equation, unknowns))
         builder.add_equation(derived, poly.from_expression(derived), equation.constraint, equation.thing)
         last = builder.equations[-1]
         rates = tuple(n for n in last.targets if isinstance(builder.unknowns[n].payload, Rate))
         builder.equations[-1] = replace(last, targets=rates)
     return _finished(builder)
+
+
+def _differentiable(equation: Equation, unknowns: Sequence[int]) -> Expr:
+    """The residual whose derivative tells the rate of ``unknowns``. One that is stated to be a length is not squared:
+    where the length is zero, the derivative of its square says nothing.
+    """
+    stated = equation.stated
+    if stated is None or len(unknowns) != 1:
+        return equation.residual
+    value = affine(stated, unknowns[0])
+    return equation.residual if value is None or value[0].value is None or value[0] == ZERO else stated

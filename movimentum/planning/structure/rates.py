@@ -65,7 +65,7 @@ def with_needed_rates(base: System, merged: frozenset[int]) -> tuple[System, Dec
             continue
         while len(levels[group]) <= order:
             before = len(system.equations)
-            system = with_rates(system, levels[group][-1])
+            system = with_rates(system, levels[group][-1], group.unknowns)
             levels[group].append(tuple(range(before, len(system.equations))))
     for (group, _), some in laws.items():
         system = with_velocities(system, some, _read_by_law(system, group))
