@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
-from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.blocks.kinds import Block, Free
 from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
@@ -50,6 +50,17 @@ class Plan:
         if not self._owner:
             self._owner.update((n, block.number) for block in self.blocks for n in block.unknowns)
         return self._owner
+
+    @property
+    def free_rows(self) -> tuple[Free, ...]:
+        """The equations that leave freedom, block by block."""
+        return tuple(rows for block in self.blocks if (rows := block.free_rows) is not None)
+
+    def heading(self, block: Block) -> Expr | None:
+        """The direction, in degrees, whose full turns a block counts; None where it is no continuous angle."""
+        if not block.counts_turns:
+            return None
+        return self.system.equations[block.equations[0]].residual.args[1].args[0]  # angle - atan2d(sine, cosine)
 
     def behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
         """The numbers of the blocks that the rates of ``unknowns`` depend on, in order."""

@@ -13,9 +13,6 @@ from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
 from movimentum.records import dataclass
 
-HIGHEST = 2
-"""Derivatives that a free motion has."""
-
 
 def velocity_block(number: int, system: System, group: Group, blocks: Sequence[Block]) -> Velocity:
     """The rates of ``group``, given the ``blocks`` before. Raises `RateError` where the motion has no such
@@ -29,7 +26,7 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
         trouble = RateTrouble.FLOWING
     elif isinstance(law, Pushing) and order > 1:
         trouble = RateTrouble.PUSHED
-    elif law.moving and order > (1 if law.wishes is not None else HIGHEST):
+    elif law.moving and order > law.derivatives:
         trouble = RateTrouble.HIGHER
     if trouble is not None:
         raise RateError(trouble, reader_of(system, set(group.unknowns)), system.unknowns[of].thing)

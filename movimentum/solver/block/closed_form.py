@@ -51,10 +51,12 @@ def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray
     return tuple(solution[..., j] for j in range(m))
 
 
-def determinant(block: Linear, u: State, k: Sequence[FloatArray]) -> FloatArray:
-    """Of a linear block's matrix, as it broadcasts."""
+def determinant(block: Block, u: State, k: Sequence[FloatArray]) -> FloatArray | None:
+    """Of the matrix of a block's linear system, as it broadcasts; None where it has none."""
+    if block.linear_system is None:
+        return None
     m = len(block.core)
-    values = block.system(u, k)[: m * m]
+    values = block.linear_system(u, k)[: m * m]
     if m == 1:
         return np.asarray(values[0])
     return np.asarray(np.linalg.det(np.nan_to_num(_stacked(values, values)).reshape(*_shape(values), m, m)))

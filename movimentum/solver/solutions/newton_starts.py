@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, first_of, least_squares
-from movimentum.planning.blocks.kinds import Assign, Free, Newton
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
@@ -213,8 +213,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
 
 
 def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -> Starts:
-    block, scale, one = problem.block, problem.scale, problem.first()
-    assert isinstance(block, Free)
+    block, scale, one = problem.free_block, problem.scale, problem.first()
     origin, metric = carried_values(plan, block, carry), block.metric
     pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
@@ -274,8 +273,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
 
 def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Hashable) -> Hashable:
     """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that is unknown."""
-    block, one = problem.block, problem.first()
-    assert isinstance(block, Free)
+    block, one = problem.free_block, problem.first()
     if not block.identity:
         return None
     inputs, things = sorted(one.inputs), sorted(_new_things(plan, block, ()))
@@ -326,7 +324,7 @@ def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int,
     """Unknowns among ``wanted`` that time alone gives: they are written into a block's equations, no inputs."""
     found: dict[int, FloatArray] = {}
     for block in plan.blocks if wanted else ():
-        if isinstance(block, Assign) and block.explicit and not block.inputs and not wanted.isdisjoint(block.unknowns):
+        if block.assigned and block.explicit and not block.inputs and not wanted.isdisjoint(block.unknowns):
             found |= zip(block.targets, map(np.asarray, block.explicit({}, one.clocks)), strict=True)
     return found
 

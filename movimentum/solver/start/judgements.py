@@ -11,8 +11,8 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
-from movimentum.solver.block.change_points import solutions_meet
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.kernels import solutions_meet
 from movimentum.solver.start.costs import squared
 from movimentum.tolerances import INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
-from movimentum.solver.block.change_points import find_events, solutions_meet
+from movimentum.solver.block.change_points import find_events
+from movimentum.solver.kinds.kernels import solutions_meet
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import DISCRIMINANT_ZERO, INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_LATER
 

@@ -195,12 +195,12 @@ class VariantBeginning:
 
     def solve(self, number: int, choice: FloatArray | None) -> Any:
         """Set the state, at both instants; the margin of a quadratic block."""
-        block = self.pattern.blocks[number].block
-        if isinstance(block, Newton):
+        item = self.pattern.blocks[number]
+        if item.iterated is not None:
             assert choice is not None
-            self._ahead(block, choice)
+            self._ahead(item.iterated, choice)
             return None
-        across(self.run, block, 1.0 if choice is None else choice)
+        across(self.run, item.block, 1.0 if choice is None else choice)
         return self.run.margins.get(number)
 
     def _ahead(self, block: Newton, core: FloatArray) -> None:
@@ -217,13 +217,13 @@ class VariantBeginning:
         """The choices of a block, each with the variants (V,) that have it."""
         item = self.pattern.blocks[number]
         every = np.ones(self.count, dtype=np.bool_)
-        block = item.block
-        if not isinstance(block, Newton):
-            signs = (1.0, -1.0) if block.branches and not block.iterative else (1.0,)
+        block = item.iterated
+        if block is None:
+            signs = (1.0, -1.0) if item.block.two_valued else (1.0,)
             return [(np.full((self.count, 1), sign), every) for sign in signs]
         scale, system = self.run.scale(block), self.pattern.plan.system
-        if isinstance(block, Free):
-            return [self._free(block, scale)]
+        if block.free_rows is not None:
+            return [self._free(block.free_rows, scale)]
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
             before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)

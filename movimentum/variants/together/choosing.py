@@ -13,7 +13,6 @@ import numpy as np
 
 from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle
@@ -118,8 +117,8 @@ class _Part:
         found = np.isfinite(self.costs[:, 0])
         choices = dict(zip(self.branching, self.chosen, strict=False))
         for number in self.branching[len(choices) :]:
-            block = self.beginning.pattern.blocks[number].block
-            choices[number] = np.ones((count, len(block.core) if isinstance(block, Newton) else 1))
+            rows = self.beginning.pattern.blocks[number].iterated
+            choices[number] = np.ones((count, 1 if rows is None else len(rows.core)))
         close = _close(self.costs, self.second)
         if self.split:
             close |= np.isfinite(self.second[:, 0])

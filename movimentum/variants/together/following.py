@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray, finite_throughout, within_half
-from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block import closed_form
@@ -261,8 +260,8 @@ def _near_infinity(
     near = np.zeros(shape[0], dtype=np.bool_)
     for item in pattern.blocks:
         divisors = [] if item.divisors is None else [*item.divisors(state, instants.clocks)]
-        if isinstance(item.block, Linear):
-            divisors.append(closed_form.determinant(item.block, state, instants.clocks))
+        determinant = closed_form.determinant(item.block, state, instants.clocks)
+        divisors += [] if determinant is None else [determinant]
         for divisor in divisors:
             if np.ndim(divisor) and np.shape(divisor)[-1] > 1:
                 values = np.broadcast_to(divisor, shape)
@@ -308,8 +307,8 @@ def _fold_times(
     """The offset at which the one loop of each of the variants ``bound`` binds; nan where it is not certain."""
     ((number, ends),) = loops.items()
     pattern = members.pattern
-    block = pattern.blocks[number].block
-    assert isinstance(block, Newton)
+    block = pattern.blocks[number].iterated
+    assert block is not None
     places = ends.sure[bound]
     path = np.stack([state[n][bound] for n in block.core], axis=2)
     several = np.arange(len(places))
