@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
-from movimentum.planning.blocks.kinds import Block, Free
+from movimentum.planning.blocks.kinds import Block, BlockBase, Free
 from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
@@ -70,7 +70,7 @@ class Plan:
         """The numbers of the blocks whose rates those of ``block`` depend on at once, and its own."""
         return blocks_before(self.system, self.owner, block)
 
-    def stated_rows(self, block: Block) -> BlockRows:
+    def stated_rows(self, block: BlockBase) -> BlockRows:
         """The equations of a block as they were stated (made when they are first asked for)."""
         found = self._stated.get(block.number)
         if found is None:

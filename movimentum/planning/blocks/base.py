@@ -112,8 +112,8 @@ class BlockBase:
         return None
 
     @property
-    def derivatives(self) -> float:
-        """How many derivatives by time its law of motion has."""
+    def highest_rate(self) -> float:
+        """The highest derivative by time that its motion has."""
         return inf
 
     @property
@@ -236,7 +236,7 @@ class Free(Newton):
         return self
 
     @property
-    def derivatives(self) -> float:
+    def highest_rate(self) -> float:
         """See `BlockBase`."""
         return HIGHEST if self.wishes is None else 1
 
@@ -256,6 +256,6 @@ class Pushing(Free):
         return self
 
     @property
-    def derivatives(self) -> float:
+    def highest_rate(self) -> float:
         """See `BlockBase`."""
         return 1

@@ -242,7 +242,7 @@ class _Course:
         condition = np.where(bad, np.nan, 1.0)
         for number in self.needed:
             block, track, depth = self.piece.plan.blocks[number], self.piece.tracks[number], self.depths[number]
-            if block.moving and depth > block.derivatives:
+            if block.moving and depth > block.highest_rate:
                 things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
                 raise UndefinedRate(next((t for t in things if t is not None), None))
             if isinstance(track, NodeTrack) and math.isinf(track.tolerance):  # accuracy was given up on the way
