@@ -52,6 +52,11 @@ class Plan:
         return self._owner
 
     @property
+    def directions(self) -> list[tuple[int, int]]:
+        """The unknowns of the cosine and the sine of each thing that has both."""
+        return [(body.c, body.s) for body in self.bodies if body.c is not None and body.s is not None]
+
+    @property
     def free_rows(self) -> tuple[Free, ...]:
         """The equations that leave freedom, block by block."""
         return tuple(rows for block in self.blocks if (rows := block.free_rows) is not None)

@@ -222,10 +222,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     if not fresh and _stays(plan, one, carry, origin, pull):
         return Starts([origin], True)
 
-    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
-    # as is what has a speed to follow it at
-    here = not any(plan.system.unknowns[n].thing in known for n in block.core)
-    wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
+    wished = immediate_wishes(plan, block, known)
 
     def least_from(begin: FloatArray, longest: float = STEPS[0]) -> LeastPose | None:
         held: list[tuple[Turn, float]] = []
@@ -362,9 +359,11 @@ def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, 
     )
 
 
-def immediate_wishes(block: Free) -> NDArray[np.intp]:
-    """The errors of the wishes without a speed."""
-    if block.wishes is None:
+def immediate_wishes(plan: Plan, block: Free, known: Container[int | None]) -> NDArray[np.intp]:
+    """The errors of the wishes that say where a block begins. They never make one jump: one of which a thing is
+    ``known`` has a pose already, and is only drawn toward them; so is any block toward those with a speed.
+    """
+    if block.wishes is None or any(plan.system.unknowns[n].thing in known for n in block.core):
         return np.zeros(0, dtype=np.intp)
     chosen = np.ones(block.wishes.count, dtype=np.bool_)
     for first, stop, speed in block.wishes.speeds:

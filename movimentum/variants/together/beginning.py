@@ -30,7 +30,7 @@ from movimentum.solver.kinds.free_start import FreeStart, TurnAcross
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, followed
 from movimentum.solver.solutions.newton_starts import immediate_wishes, scattered_starts, seeds_of
-from movimentum.solver.start.judgements import Judgements
+from movimentum.solver.start.judgements import Judgements, satisfied
 from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import (
     BlockFormulas,
@@ -264,8 +264,7 @@ class VariantBeginning:
                 for part in (payload, PoseSin(payload.thing))
             )
             turns.append(TurnAcross(place[n], place[other], c, s))
-        here = not any(system.unknowns[n].thing in known for n in block.core)
-        wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
+        wished = immediate_wishes(self.pattern.plan, block, known)
         metric = places_of(self.run, block)[1]
         start = FreeStart(
             problem, metric, self.size, turns, wished, np.stack([column_of(n) for n in block.core], axis=1)
@@ -346,13 +345,11 @@ class VariantBeginning:
 
     def wished(self, number: int) -> FloatArray:
         """(V,) see `Judgements.wished`."""
-        total = np.zeros(self.count)
-        awaited = self.judgements.wishes_after.get(number, ())
-        if awaited:
-            values = self.pattern.wishes(filled(self.state), self.instants.clocks)
-            for place in (place for i in awaited for place in self.judgements.errors_of.get(i, ())):
-                total += np.square(np.broadcast_to(values[place], (self.count, 2))[:, 0] / self.size)
-        return total
+        if not self.judgements.wishes_await(number):
+            return np.zeros(self.count)
+        values = self.pattern.wishes(filled(self.state), self.instants.clocks)
+        first = [np.broadcast_to(value, (self.count, 2))[:, 0] for value in values]
+        return np.asarray(self.judgements.missed(number, first.__getitem__, self.size), dtype=np.float64)
 
     def allowed(self, number: int) -> BoolArray:
         """(V,) whether the inequalities hold that can be judged after a block; redundant equations that do not leave
@@ -371,10 +368,6 @@ class VariantBeginning:
             values = pattern.selectors(filled(self.state), clocks)
             tolerance = tolerances.INEQUALITY_MET * self.size
             for i in judgements.selectors_after[number]:
-                value = np.broadcast_to(values[i], (self.count, 2))
-                here, later = value[:, 0], value[:, 1]
-                meets = np.abs(here) <= tolerance
-                strict = pattern.plan.system.selectors[i].strict
-                least = tolerances.STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
-                allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
+                here, later = np.broadcast_to(values[i], (self.count, 2)).T
+                allowed &= satisfied(here, later, tolerance, strict=pattern.plan.system.selectors[i].strict)
         return allowed

@@ -23,7 +23,7 @@ from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
-from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, directed, violation_times
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, violation_times
 from movimentum.variants.together.pattern import Members, SegmentPattern, instants_of
 
 INTERVALS = 96
@@ -213,8 +213,8 @@ def _too_fast(
     count = len(inside)
     fast = np.zeros(count, dtype=np.bool_)
     free = {n for number in pattern.drifting for n in pattern.blocks[number].block.unknowns}
-    for _, c, s in directed(pattern):
-        for n in (c, s):
+    for pair in pattern.plan.directions:
+        for n in pair:
             if n not in free:
                 fast |= _steps_beyond(state[n], FARTHEST_TURN, before)
     for item in pattern.blocks:
