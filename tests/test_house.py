@@ -234,3 +234,65 @@ def test_the_library_names_no_option_of_the_command_line() -> None:
             if flag.search(re.sub(r"`movimentum [^`]*`", "", node.value))
         ]
     assert found == []
+
+
+KIND_MODULES = ("movimentum.planning.blocks.base", "movimentum.planning.blocks.kinds")
+KNOW_KINDS = ("movimentum.planning.blocks.", "movimentum.solver.kinds.")
+
+
+def named(node: ast.AST) -> set[str]:
+    """All names in an expression or a pattern, also those behind a dot."""
+    names = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
+    return names | {each.attr for each in ast.walk(node) if isinstance(each, ast.Attribute)}
+
+
+def subclasses(trees: Iterator[ast.Module], base: str) -> set[str]:
+    """The names of ``base``, of the classes that extend it, and of the unions of those."""
+    found = {base}
+    for node in (node for tree in trees for node in tree.body):
+        if isinstance(node, ast.ClassDef) and any(named(each) & found for each in node.bases):
+            found.add(node.name)
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.BinOp) and named(node.value) <= found:
+            found |= named(node.targets[0])
+    return found
+
+
+def asks_for(tree: ast.Module, classes: set[str]) -> list[int]:
+    """The lines that look whether something is one of ``classes``, under whatever name these are known there."""
+    names = set(classes)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            names |= {alias.asname for alias in node.names if alias.name in classes and alias.asname}
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.BinOp | ast.Tuple):
+            names |= {each.id for each in node.targets if isinstance(each, ast.Name) and named(node.value) & names}
+    lines: list[int] = []
+    for node in ast.walk(tree):
+        asked: list[ast.expr] = []
+        if isinstance(node, ast.Call) and named(node.func) & {"isinstance", "issubclass"}:
+            asked = node.args[1:]
+        elif isinstance(node, ast.MatchClass):
+            asked = [node.cls]
+        elif isinstance(node, ast.Compare):
+            asked = [node.left, *node.comparators]
+            if not any(isinstance(each, ast.Call) and named(each.func) == {"type"} for each in asked):
+                continue
+        lines += [each.lineno for each in asked if named(each) & names]
+    return sorted(lines)
+
+
+def test_only_their_own_modules_know_the_kinds_of_blocks() -> None:
+    """Others ask what a block is like, or call its kernel: else a new kind would have to be written into each."""
+    known = {name: tree for name, (_, tree) in modules("movimentum").items()}
+    kinds = subclasses((known[name] for name in KIND_MODULES), "BlockBase")
+    assert {"Newton", "Free", "Velocity", "Block"} <= kinds
+    outside = {name: tree for name, tree in known.items() if not name.startswith(KNOW_KINDS)}
+    assert {name: lines for name, tree in outside.items() if (lines := asks_for(tree, kinds))} == {}
+
+
+def test_a_question_for_a_kind_is_found() -> None:
+    kinds = subclasses(iter([ast.parse("class A: ...\nclass B(A): ...\nclass C: ...\nAll = A | B")]), "A")
+    assert kinds == {"A", "B", "All"}
+    text = "isinstance(x, B | C)\nmatch x:\n  case m.B(): pass\n  case C(): pass\ntype(x) is B"
+    assert asks_for(ast.parse(text), kinds) == [1, 3, 5]
+    assert asks_for(ast.parse("Both = (B, C)\nissubclass(x, Both)\nisinstance(*some)"), kinds) == [2]
+    assert asks_for(ast.parse("from kinds import B as D\nisinstance(x, D)\nisinstance(x, C)\nB(1) == D"), kinds) == [2]

@@ -27,7 +27,6 @@ from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity, real
-from movimentum.planning.blocks.kinds import Free
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import cords_of
 from movimentum.settings import Advice
@@ -199,7 +198,9 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
         if isinstance(piece, Unsolved):
             continue
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
-            usual = LARGE_FREE_MOTION_STEP if isinstance(block, Free) and block.sparse is not None else FREE_MOTION_STEP
+            rows = block.free_rows
+            large = rows is not None and rows.sparse is not None
+            usual = LARGE_FREE_MOTION_STEP if large else FREE_MOTION_STEP
             if isinstance(track, FlowTrack):
                 from movimentum.analysis.diagnose.ends import uncertain
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from movimentum.analysis.freedom.degrees import BlockRank, ConnectedPart
-from movimentum.planning.blocks.kinds import Assign, Integral, Winding, method_of
+from movimentum.planning.blocks.kinds import method_of
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 from movimentum.solver.segment_motion import SegmentMotion
@@ -74,10 +74,10 @@ def step_report(
     redundant = len(plan.checks)
     blocks: list[tuple[tuple[str, ...], str]] = []
     for block in plan.blocks:
-        if isinstance(block, Winding):
+        if block.counts_turns:
             continue
         blocks.append((tuple(plan.system.unknowns[n].name for n in block.unknowns), method_of(block)))
-        if isinstance(block, Assign | Integral):
+        if block.assigned or block.continued:
             continue
         unknowns += len(block.core)
         equations += block.rows

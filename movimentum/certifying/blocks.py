@@ -19,7 +19,7 @@ from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
 from movimentum.certifying.krawczyk import krawczyk, stacked
 from movimentum.certifying.nearest import OutlineForms
 from movimentum.expressions import ZERO, Expr, add
-from movimentum.planning.blocks.kinds import Block, Integral, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.blocks.velocities import BlockRows, rows_of
 from movimentum.planning.lowering.calculus import closed_form
 from movimentum.planning.lowering.unknowns import PosePart, unknown_number
@@ -161,13 +161,13 @@ class Encloser:
 
     def _take(self, block: Block, found: Tubes, guess: Guess) -> None:
         """Enclose one block, given those before it."""
-        match block:
-            case Winding():
-                good, jump = self._wind(block, found, guess)
-            case Integral():
-                good, jump = self._accumulate(block, found)
-            case _:
-                good, jump = self._solve(block, found, guess)
+        heading = self.plan.heading(block)
+        if heading is not None:
+            good, jump = self._wind(block, heading, found, guess)
+        elif block.continued:
+            good, jump = self._accumulate(block, found)
+        else:
+            good, jump = self._solve(block, found, guess)
         if not self.moving.isdisjoint(block.unknowns):
             jumps = found.good & good & (jump > self.plan.size * JUMP_IN_TUBE) & (found.end > found.begin)
             found.jumps |= jumps
@@ -235,7 +235,7 @@ class Encloser:
 
         return leaf
 
-    def closed(self, block: Integral) -> Expr | None:
+    def closed(self, block: Block) -> Expr | None:
         """What an integral has come to, as a formula of time; None where it has none."""
         if block.number not in self._closed:
             equation = self.plan.system.equations[block.equations[0]]
@@ -252,7 +252,7 @@ class Encloser:
             self._closed[block.number] = None if found is None else add(begun(n), found)
         return self._closed[block.number]
 
-    def _accumulate(self, block: Integral, found: Tubes) -> tuple[BoolArray, FloatArray]:
+    def _accumulate(self, block: Block, found: Tubes) -> tuple[BoolArray, FloatArray]:
         """An integral that is a formula of time."""
         (n,) = block.unknowns
         formula, count = self.closed(block), len(found.begin)
@@ -264,11 +264,10 @@ class Encloser:
         found.region[n] = np.full(count, np.inf)  # there is no other value
         return np.isfinite(form.r), np.zeros(1)
 
-    def _wind(self, block: Block, found: Tubes, guess: Guess) -> tuple[BoolArray, FloatArray]:
+    def _wind(self, block: Block, heading: Expr, found: Tubes, guess: Guess) -> tuple[BoolArray, FloatArray]:
         """A continuous angle: that direction of its vector which is near the film's."""
         (n,) = block.unknowns
-        residual = self.plan.system.equations[block.equations[0]].residual
-        sine, cosine = residual.args[1].args[0].args
+        sine, cosine = heading.args
         y, x = self.values([sine, cosine], found)
         near = TimeForm(guess.c[n], guess.s[n], np.zeros(1))
         form = spread(self.forms.direction_near(y, x, near), len(found.begin))

@@ -14,7 +14,7 @@ from movimentum.certifying.forms import TimeForm, up
 from movimentum.certifying.nearest import NOT_ENCLOSED
 from movimentum.certifying.tubes import Stop, TubeEnd, Tunnel, tunnel
 from movimentum.expressions import Expr, symbol
-from movimentum.planning.blocks.kinds import Block, Free, Integral, Ode, Velocity, wishes_drawing
+from movimentum.planning.blocks.kinds import Block, wishes_drawing
 from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate
@@ -287,8 +287,7 @@ def _integrals(found: Tunnel, begun: dict[Hashable, TimeForm]) -> dict[Hashable,
     now = dict(begun)
     for number in found.encloser.needed:
         block = plan.blocks[number]
-        if isinstance(block, Integral):
-            (n,) = block.unknowns
+        for n in block.integrals:
             form = found.at.forms[n]
             now[plan.system.unknowns[n].payload] = TimeForm(form.c[-1:], form.s[-1:], form.r[-1:])
     return now
@@ -316,22 +315,20 @@ def _refused(motion: PathMotion) -> Iterator[Break]:
 
 def _no_certificate(encloser: Encloser, block: Block) -> str | None:
     names = _names(encloser, block)
-    match block:
-        case Free() if block.wishes is not None:
-            return f"a wish draws {names}: it is as near as can be, and solves no equation"
-        case Free() if encloser.rows(block) is None:
-            return f"it is not shown that equations determine {names}: it may move freely, without one exact motion"
-        case Ode():
-            return f"a differential equation moves {names}"
-        case Velocity():
-            return f"the velocity of a free motion is part of {names}"
-        case Integral() if encloser.closed(block) is None:
-            return f"{names} is an integral without a closed form"
-        case _:
-            rows = encloser.plan.stated_rows(block)
-            if any(node.op in NOT_ENCLOSED for node in rows.nodes):
-                return f"the nearest places of two outlines determine {names}, and are not enclosed"
-            return None if block.moving or encloser.rows(block) is not None else f"{names} is free to be anywhere"
+    if block.integrals and not block.continued:
+        return f"a differential equation moves {names}"
+    if wishes_drawing(block):
+        return f"a wish draws {names}: it is as near as can be, and solves no equation"
+    if block.free and encloser.rows(block) is None:
+        return f"it is not shown that equations determine {names}: it may move freely, without one exact motion"
+    if block.rates_of is not None:
+        return f"the velocity of a free motion is part of {names}"
+    if block.integrals and encloser.closed(block) is None:
+        return f"{names} is an integral without a closed form"
+    rows = encloser.plan.stated_rows(block)
+    if any(node.op in NOT_ENCLOSED for node in rows.nodes):
+        return f"the nearest places of two outlines determine {names}, and are not enclosed"
+    return None if block.moving or encloser.rows(block) is not None else f"{names} is free to be anywhere"
 
 
 def _names(encloser: Encloser, block: Block) -> str:

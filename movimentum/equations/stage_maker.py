@@ -25,14 +25,15 @@ from movimentum.equations.program import (
     Statement,
     identifier,
 )
-from movimentum.expressions import Expr, add, const, mul, neg, substitute, symbol
-from movimentum.planning.blocks.kinds import Assign, Block, Free, Integral, Linear, Newton, Ode, Quadratic, Winding
+from movimentum.expressions import Expr, const, substitute, symbol
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import Accumulated, symbol_numbers, unknown_number
 from movimentum.records import dataclass, field
 from movimentum.scene.leaves import Bearing
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack
+from movimentum.solver.kinds.context import LoopRows
+from movimentum.solver.kinds.kernels import loop
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 
 MOST_STARTS = 129
@@ -70,7 +71,7 @@ class StageMaker:
             roots.append(one)
         blocks = plan.blocks if self.whole else [plan.blocks[k] for k in plan.behind(symbol_numbers(*roots))]
         for block in blocks:
-            if isinstance(block, Free | Integral | Ode) or (isinstance(block, Newton) and not block.is_square):
+            if block.integrals or (block.iterative and loop(block) is None):
                 raise self._none(block)
             if has_long_table(*(plan.system.equations[e].residual for e in block.equations)):
                 raise self._none(block, "follows a curve, or a long table")
@@ -132,40 +133,29 @@ class StageMaker:
 
     def _take(self, block: Block) -> None:
         system = self.motion.plan.system
-        for e in block.equations:
-            equation = system.equations[e]
-            if equation.integrand is None and not isinstance(block, Winding | Assign):
-                self.loops.append(self.expression(equation.residual))
-        match block:
-            case Winding():
-                self._turn(block)
-            case Assign() if isinstance(system.unknowns[block.unknowns[0]].payload, Bearing):
-                self._bearing(block)
-            case Assign():
-                self._formulas(block)
-            case Quadratic():
-                times, signs = self._signs(block)
-                self.statements.append(BranchSign(f"sign_{block.number}", times, signs))
-                self._formulas(block)
-                self._fork(block)
-            case Linear():
-                m = len(block.core)
-                rows = [block.entries[i * m : (i + 1) * m] for i in range(m)]
-                residuals = [self.expression(_row(rows[i], block.core, block.entries[m * m + i])) for i in range(m)]
-                slopes = tuple(tuple(self.expression(each) for each in row) for row in rows)
-                self._newton(block, residuals, slopes)
-            case Newton() if not block.free and block.is_square:
-                slopes = tuple(
-                    tuple(self.expression(with_respect_to(r, n)) for n in block.core) for r in block.residuals
-                )
-                self._newton(block, [self.expression(r) for r in block.residuals], slopes)
-            case _:
-                raise self._none(block)
+        heading, rows = self.motion.plan.heading(block), loop(block)
+        if not block.assigned and not block.continued:
+            self.loops += [self.expression(system.equations[e].residual) for e in block.equations]
+        if heading is not None:
+            self._turn(block, heading)
+        elif block.assigned and isinstance(system.unknowns[block.unknowns[0]].payload, Bearing):
+            self._bearing(block)
+        elif block.assigned:
+            self._formulas(block)
+        elif block.discriminant is not None:
+            times, signs = self._signs(block)
+            self.statements.append(BranchSign(f"sign_{block.number}", times, signs))
+            self._formulas(block)
+            self._fork(block, block.discriminant)
+        elif rows is not None:
+            self._newton(block, rows)
+        else:
+            raise self._none(block)
 
     def _none(self, block: Block, what: str = "comes from an integral") -> NoProgram:
         system = self.motion.plan.system
         reasons = [system.equations[e].constraint for e in block.equations]
-        if isinstance(block, Free):
+        if block.free and not block.integrals:
             what = "moves freely, or follows a wish"
             wishes = [wish.constraint for wish in system.wishes if wish.about & set(block.unknowns)]
             reasons = wishes or reasons
@@ -197,7 +187,7 @@ class StageMaker:
         rest = [(n, value) for n, value in block.formulas if n not in block.core]
         self.statements += [NamedValue(self.name(n), self.expression(value)) for n, value in rest]
 
-    def _fork(self, block: Quadratic) -> None:
+    def _fork(self, block: Block, margin: Expr) -> None:
         equations = self.motion.plan.system.equations
         given = dict(block.given)
 
@@ -206,18 +196,19 @@ class StageMaker:
 
         rows = [self.expression(substitute(equations[e].residual, put)) for e in block.equations]
         names = tuple(self.name(n) for n in block.core)
-        self.forks.append(Fork(names, tuple(rows), self.expression(block.margin)))
+        self.forks.append(Fork(names, tuple(rows), self.expression(margin)))
 
-    def _newton(self, block: Linear | Newton, residuals: Sequence[Any], slopes: tuple[tuple[Any, ...], ...]) -> None:
+    def _newton(self, block: Block, rows: LoopRows) -> None:
+        residuals = tuple(map(self.expression, rows.residuals))
+        slopes = tuple(tuple(map(self.expression, row)) for row in rows.slopes)
         names = tuple(self.name(n) for n in block.core)
         times, values = self._path(block.core)
-        self.statements.append(NewtonLoop(names, tuple(residuals), slopes, times, values))
+        self.statements.append(NewtonLoop(names, residuals, slopes, times, values))
         self.statements += [NamedValue(self.name(n), self.expression(value)) for n, value in block.given]
 
-    def _turn(self, block: Winding) -> None:
+    def _turn(self, block: Block, heading: Expr) -> None:
         (n,) = block.unknowns
-        residual = self.motion.plan.system.equations[block.equations[0]].residual
-        y, x = residual.args[1].args[0].args
+        y, x = heading.args
         times, values = self._path((n,))
         self.statements.append(
             ContinuousTurn(
@@ -225,7 +216,7 @@ class StageMaker:
             )
         )
 
-    def _bearing(self, block: Assign) -> None:
+    def _bearing(self, block: Block) -> None:
         """A direction that is continuous: its formula gives it up to whole turns, and rounding may choose them."""
         import sympy as library
 
@@ -260,7 +251,6 @@ class StageMaker:
 
     def _still_sign(self, block: Block, piece: Any) -> float:
         """The sign with which the formulas give what a still block is."""
-        assert isinstance(block, Quadratic)
         state, _ = piece.solve(piece.instants(np.array([piece.begin])))
         n, value = block.formulas[0]
         found: dict[float, float] = {}
@@ -301,14 +291,6 @@ class StageMaker:
             inside = inside[np.linspace(0, len(inside) - 1, MOST_STARTS).round().astype(np.intp)]
         count = max(2, min(33, int(60 * (end - begin)) + 2)) if end > begin else 1
         return np.unique(np.concatenate([inside, np.linspace(begin, end, count)]))
-
-
-def _row(row: Sequence[Expr], core: Sequence[int], right: Expr) -> Expr:
-    """A row of linear equations as what is zero."""
-    total = neg(right)
-    for slope, n in zip(row, core, strict=True):
-        total = add(total, mul(slope, symbol(n)))
-    return total
 
 
 def named_steps(motion: SegmentMotion, tau: float, wanted: Sequence[tuple[str, Expr]]) -> list[tuple[str, Any]]:

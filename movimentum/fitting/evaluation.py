@@ -166,8 +166,8 @@ def solved_at(
     moment = pattern.run(varied, Instants(tau, tuple(clocks)), size)
     for item in pattern.blocks:
         block = item.block
-        if isinstance(block, Newton):
-            _loop(block, run, moment, nearest)
+        if item.iterated is not None:
+            _loop(item.iterated, run, moment, nearest)
             continue
         across(moment, block, run.choices.get(block.number, 1.0))
         if block.continued:

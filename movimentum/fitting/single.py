@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.errors import ScriptError
 from movimentum.expressions import Expr, symbol
 from movimentum.fitting.aims import READABLE, Evaluation, SideFormulas
 from movimentum.fitting.evaluation import SideReader, SolvedPart, times_of
@@ -26,11 +25,10 @@ from movimentum.solver.path.piece import evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import SLOPE_STEP, SLOPES_AGREE
-from movimentum.variants.outcomes import VariantOutcome, outcome_of
+from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.tracing import OriginUnfolding, with_values
 from movimentum.workflow.frames import PoseChunks
-from movimentum.workflow.stages import moved
 
 REMEMBERED = 512
 """Variants whose motions are known still."""
@@ -66,13 +64,12 @@ class SingleEvaluator:
         """The variant with these constants (C,)."""
         none = np.full(len(self.formulas.layout.aim), np.nan)
         values = dict(zip(self.formulas.names, constants.tolist(), strict=True))
-        try:
-            timeline = self.variants.without_claims(values)
-            motion = moved(timeline, resumes=False)
-        except ScriptError:
-            return SingleMotion(None, VariantOutcome.UNASSEMBLED, float("nan"), none)
-        outcome, time = outcome_of(motion)
-        if not outcome.moves or structure_key(timeline) != structure_key(self.formulas.lowered.timeline):
+        found = self.variants.solved(values)
+        outcome, time, motion = found.outcome, found.time, found.motion
+        if motion is None or not outcome.moves:
+            return SingleMotion(motion, outcome, time, none)
+        timeline = motion.timeline
+        if structure_key(timeline) != structure_key(self.formulas.lowered.timeline):
             return SingleMotion(motion, outcome, time, none)
         return SingleMotion(motion, outcome, time, self._sides(motion, timeline, constants))
 

@@ -13,7 +13,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.interop.formulas import FPS, Formula, Formulas, evaluate
 from movimentum.interop.linkage_export import Joint, scene_joints
-from movimentum.planning.blocks.kinds import Block, Quadratic
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
@@ -116,7 +116,7 @@ class _TriangleBuilder:
     def solve(self, block: Block) -> None:
         """Name every joint that is determined once ``block`` has been solved."""
         self.solved |= set(block.unknowns)
-        if isinstance(block, Quadratic) or block.inputs & self.measured:
+        if block.two_valued or block.inputs & self.measured:
             self.measured |= set(block.unknowns)
         progress = True
         while progress:

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from movimentum.expressions import Expr
 from movimentum.planning.blocks.fused import Schedule, schedule
-from movimentum.planning.blocks.kinds import Block
+from movimentum.planning.blocks.kinds import Block, BlockBase, Free
 from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
@@ -51,6 +51,22 @@ class Plan:
             self._owner.update((n, block.number) for block in self.blocks for n in block.unknowns)
         return self._owner
 
+    @property
+    def directions(self) -> list[tuple[int, int]]:
+        """The unknowns of the cosine and the sine of each thing that has both."""
+        return [(body.c, body.s) for body in self.bodies if body.c is not None and body.s is not None]
+
+    @property
+    def free_rows(self) -> tuple[Free, ...]:
+        """The equations that leave freedom, block by block."""
+        return tuple(rows for block in self.blocks if (rows := block.free_rows) is not None)
+
+    def heading(self, block: Block) -> Expr | None:
+        """The direction, in degrees, whose full turns a block counts; None where it is no continuous angle."""
+        if not block.counts_turns:
+            return None
+        return self.system.equations[block.equations[0]].residual.args[1].args[0]  # angle - atan2d(sine, cosine)
+
     def behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
         """The numbers of the blocks that the rates of ``unknowns`` depend on, in order."""
         return blocks_behind(self.system, self.blocks, self.owner, unknowns)
@@ -59,7 +75,7 @@ class Plan:
         """The numbers of the blocks whose rates those of ``block`` depend on at once, and its own."""
         return blocks_before(self.system, self.owner, block)
 
-    def stated_rows(self, block: Block) -> BlockRows:
+    def stated_rows(self, block: BlockBase) -> BlockRows:
         """The equations of a block as they were stated (made when they are first asked for)."""
         found = self._stated.get(block.number)
         if found is None:

@@ -10,7 +10,7 @@ from movimentum.cancellation import look
 from movimentum.expressions import Expr, add, call, const, mul, substitute, symbol, walk
 from movimentum.planning.blocks.build import make_block
 from movimentum.planning.blocks.kept import KnownBlocks, block_key
-from movimentum.planning.blocks.kinds import Assign, Block
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
 from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
 from movimentum.planning.codegen.generate import Clocks, compiled
@@ -153,7 +153,7 @@ def _blocks(
             block = pushed(block, so_far, clocks, size)
         blocks.append(block)
         known |= set(block.unknowns)
-        if isinstance(block, Assign) and all(map(_foldable, block.formulas)):
+        if block.assigned and all(map(_foldable, block.formulas)):
             constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)

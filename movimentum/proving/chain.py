@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Assign, Block, Free, Linear, Newton, Quadratic, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.proving import balls
@@ -216,21 +216,19 @@ class Chain:
     # --- blocks
 
     def _take(self, block: Block) -> None:
-        match block:
-            case Winding():
-                self._winding(block)
-            case Assign():
-                for n, expr in block.given:
-                    self._assign(n, expr)
-            case Linear() | Quadratic() | Newton():
-                self._solve(block)  # free ones, too: some are only redundant
-            case _:
-                raise NotAlgebraic("it comes from an integral")
+        heading = self.motion.plan.heading(block)
+        if heading is not None:
+            self._winding(block, heading)
+        elif block.assigned:
+            for n, expr in block.given:
+                self._assign(n, expr)
+        elif _is_algebraic(block):
+            self._solve(block)  # free ones, too: some are only redundant
+        else:
+            raise NotAlgebraic("it comes from an integral")
 
-    def _winding(self, block: Block) -> None:
+    def _winding(self, block: Block, seen: Expr) -> None:
         (n,) = block.unknowns
-        residual = self.motion.plan.system.equations[block.equations[0]].residual
-        seen = residual.args[1].args[0]  # angle - atan2d(sine, cosine)
         self.lowering.forms[n] = {n: Fraction(1)}
         if isinstance(self.motion.plan.system.unknowns[n].payload, ThingAngle):
             sine, cosine = seen.args
@@ -329,12 +327,10 @@ class Chain:
         system, tower = self.motion.plan.system, self.tower
         rows: list[Polynomial] = []
         for block in blocks:
-            if isinstance(block, Winding):
-                self._winding(block)
-            elif isinstance(block, Assign):
+            if block.counts_turns or block.assigned:
                 if not self._drives(block):
                     self._take(block)
-            elif not isinstance(block, Linear | Quadratic | Newton | Free):
+            elif not _is_algebraic(block):
                 raise NotAlgebraic("it comes from an integral")
             else:
                 for e in block.equations:
@@ -361,11 +357,18 @@ class Chain:
         self.point = TowerPoint(tower, self.point.drives)
         self._group(rows, opened, freely=True).solve()
 
-    def _drives(self, block: Assign) -> bool:
+    def _drives(self, block: Block) -> bool:
         """Whether a block only says what a named number is worth: any other value is as good."""
-        return not block.inputs and all(
-            isinstance(self.motion.plan.system.unknowns[n].payload, VariableComponent) for n in block.unknowns
+        return (
+            block.assigned
+            and not block.inputs
+            and all(isinstance(self.motion.plan.system.unknowns[n].payload, VariableComponent) for n in block.unknowns)
         )
+
+
+def _is_algebraic(block: Block) -> bool:
+    """Whether equations at one instant determine a block, or leave freedom in it."""
+    return block.closed_form or (block.iterative and not block.integrals)
 
 
 def _of_time(source: Hashable) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.planning.blocks.build import dense_block
-from movimentum.planning.blocks.kinds import Block, Quadratic
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.blocks.velocities import look_for_demands
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.plan import Plan
@@ -20,8 +20,8 @@ from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Scene
 from movimentum.solver.basis.memory import remembering
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block import closed_form
 from movimentum.solver.continuation.tracks import Choice
+from movimentum.solver.kinds import kernels
 from movimentum.solver.path.follow import instant
 from movimentum.solver.reuse import Known
 from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
@@ -219,11 +219,11 @@ def with_redundant_rows(plan: Plan, start: Fraction, ahead: float, choices: list
     checks = list(plan.checks)
     owner = {n: block.number for block in blocks for n in block.unknowns}
     for block in plan.blocks:
-        if not block.moving or not isinstance(block, Quadratic):
+        if not block.moving:
             continue
         with np.errstate(all="ignore"):
-            margin = closed_form.margin(block, state, instants.clocks)
-        if not (np.abs(margin) <= DISCRIMINANT_ZERO).all():
+            margin = kernels.margin(block, state, instants.clocks)
+        if margin is None or not (np.abs(margin) <= DISCRIMINANT_ZERO).all():
             continue
         mine = [e for e in checks if max(owner.get(n, -1) for n in plan.system.equations[e].unknowns) == block.number]
         if mine:

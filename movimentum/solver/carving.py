@@ -16,7 +16,6 @@ from movimentum.outlines.envelope import NO_POSES, EnvelopeRun, ToolPoses, envel
 from movimentum.outlines.profile import Profile, profile
 from movimentum.outlines.shapes import circle
 from movimentum.outlines.swept import SweptOutline, SweptOutlines
-from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import dataclass, replace
@@ -115,8 +114,8 @@ def _is_free(motion: PathMotion, tool: Thing) -> bool:
     for segment_motion in motion.segments:
         unknowns = segment_motion.plan.system.unknowns
         for block in segment_motion.plan.blocks:
-            free = [unknowns[each].payload for each in block.unknowns] if isinstance(block, Free) else []
-            if any(isinstance(each, PoseX | PoseY) and each.thing == tool.number for each in free):
+            found = [unknowns[each].payload for each in block.unknowns] if block.free and not block.integrals else []
+            if any(isinstance(each, PoseX | PoseY) and each.thing == tool.number for each in found):
                 return True
     return False
 

@@ -26,8 +26,8 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import memoized
-from movimentum.solver.block.change_points import solutions_meet
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.kernels import solutions_meet
 from movimentum.tolerances import FRAME_SOLVED, INEQUALITY_BLURRED, ROUNDING_OF_ROWS
 
 

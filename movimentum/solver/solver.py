@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.arrays import first_of
-from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.solver.assembly import carry_at, held
@@ -251,7 +250,7 @@ def _resumed(piece: Piece, gap: Gap) -> tuple[float, float, list[Choice]] | None
     """When the branch of ``piece`` has a solution again after ``gap``; from when it can be followed, and the choice.
     What jams has none: where it would be depends on what was before.
     """
-    if isinstance(piece.plan.blocks[gap.block], Pushing):
+    if piece.plan.blocks[gap.block].pushed is not None:
         return None
     branch = Branch.of(piece, gap.begin)
     if gap.pole is not None and gap.end < piece.end and (choices := branch.beyond(gap, piece.end)) is not None:

@@ -28,6 +28,17 @@ Row = tuple[VariantOutcome, float, FloatArray]
 """The outcome, its time, and (M,) the measures."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class VariantMotion:
+    """One variant: its outcome and when it fails (see `outcome_of`), and its ``motion``; None where the script makes no
+    sense with its constants, or no step has a solution to begin with.
+    """
+
+    outcome: VariantOutcome
+    time: float
+    motion: PathMotion | None = None
+
+
 @dataclass(eq=False)
 class Variants:
     """The variants of one script: its text, the choices it is read with, the constants ``names`` that vary, and what is
@@ -69,9 +80,8 @@ class Variants:
         others = ((name, text) for name, text in self.choices.settings if name not in values)
         return replace(self.choices, settings=(*others, *settings_of(tuple(values), tuple(values.values()))))
 
-    def row(self, values: Mapping[str, float]) -> Row:
+    def solved(self, values: Mapping[str, float]) -> VariantMotion:
         """One variant, solved by itself; `UsageError` where it needs a file that was not sent here."""
-        nothing = np.full(len(self.measures.measures), np.nan)
         timeline: Timeline | None = None
         try:
             timeline = self.without_claims(values)
@@ -81,11 +91,15 @@ class Variants:
             if unknown:  # nobody knows whether it could be assembled
                 raise UsageError(unknown) from error
             start = float("nan") if timeline is None else float(timeline.start)
-            return VariantOutcome.UNASSEMBLED, start, nothing
-        outcome, time = outcome_of(motion)
-        if not outcome.moves:
-            return outcome, time, nothing
-        return outcome, time, self._measured(motion, values)
+            return VariantMotion(VariantOutcome.UNASSEMBLED, start)
+        return VariantMotion(*outcome_of(motion), motion)
+
+    def row(self, values: Mapping[str, float]) -> Row:
+        """One variant's row of the table; `UsageError` as `solved`."""
+        found = self.solved(values)
+        if found.motion is None or not found.outcome.moves:
+            return found.outcome, found.time, np.full(len(self.measures.measures), np.nan)
+        return found.outcome, found.time, self._measured(found.motion, values)
 
     def _measured(self, motion: PathMotion, values: Mapping[str, float]) -> FloatArray:
         if not self.measures.measures:

@@ -285,12 +285,10 @@ def trace(inspector: Inspector) -> list[TraceStep]:
     """How the moment was solved, in order and in the words of the script: one thing after the other, or several that
     need each other.
     """
-    from movimentum.planning.blocks.kinds import Winding
-
     piece, tau = inspector.piece
     segment_motion = inspector.segment_motion
     begun = [each for each in segment_motion.beginnings if each.time <= max(tau, piece.begin)]
-    blocks = [block for block in segment_motion.plan.blocks if not isinstance(block, Winding)]
+    blocks = [block for block in segment_motion.plan.blocks if not block.counts_turns]
     steps = _joined([_trace_step(inspector, block, begun[-1] if begun else None) for block in blocks])
     poses, scene = inspector.poses(), inspector.work.scene
     result: list[TraceStep] = []
@@ -311,7 +309,7 @@ def trace(inspector: Inspector) -> list[TraceStep]:
 def _trace_step(inspector: Inspector, block: Block, begun: PathBeginning | None) -> TraceStep:
     """A block."""
     from movimentum.analysis.diagnose.ambiguity import solutions_of
-    from movimentum.planning.blocks.kinds import Free, Integral, method_of, simultaneous
+    from movimentum.planning.blocks.kinds import method_of
 
     plan, scene = inspector.segment_motion.plan, inspector.work.scene
     items = {item.number: item for item in scene.constraints()}
@@ -325,9 +323,9 @@ def _trace_step(inspector: Inspector, block: Block, begun: PathBeginning | None)
     spans = [items[number].span for number in numbers if number is not None]
     lines = tuple(sorted((scene.source.position(span.start).line, scene.source.statement(span)) for span in spans))
     method = _METHODS.get(method_of(block), "by a quadratic equation")
-    if isinstance(simultaneous(block), Free):
+    if block.free:
         method = "by a free motion: it moves as little as it can, or follows its wishes"
-    elif isinstance(block, Integral):
+    elif block.continued:
         method = "by an integral over time"
     parts = begun.selection.parts if begun is not None else ()
     part = next((part for part in parts if block.number in part.blocks and block.branches), None)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from movimentum.arrays import unwound_from
+from movimentum.planning.blocks.kinds import Block
 from movimentum.solver.continuation.ode import Flow, Slopes
 from movimentum.solver.kinds.integral import _GAUSS_X, _WITHIN, with_points
+from movimentum.solver.kinds.kernels import _MAKERS, KERNELS
+from movimentum.solver.start.judgements import satisfied
 
 
 def test_the_points_of_a_quadrature_lie_between_those_that_are_there():
@@ -49,3 +54,20 @@ def test_systems_side_by_side_are_each_solved_as_alone():
     begun = np.stack([np.ones(3), np.zeros(3)], axis=1).reshape(-1)
     track = Flow(equation, tau, np.zeros(0), systems=3).track(np.zeros(0), begun, 2.0)
     np.testing.assert_allclose(track.states.guess(tau)[::2], np.cos(speeds[:, None] * tau), rtol=0.0, atol=1e-10)
+
+
+def test_every_kind_of_block_has_a_kernel():
+    assert _MAKERS.keys() == set(get_args(Block))
+    assert all(KERNELS[kind] is KERNELS[kind] for kind in get_args(Block))
+
+
+@pytest.mark.parametrize("strict", [False, True])
+def test_inequalities_are_judged_alike_for_one_variant_and_for_many(strict):
+    """Clear of zero the first instant decides, at zero the second: a strict one has to leave it."""
+    values = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 50.0, -50.0, -150.0, np.nan]
+    here, later = map(np.ravel, np.meshgrid(values, values))
+    together = satisfied(here, later, np.ones(len(here)), strict=strict)
+    known = [h > 1.0 or (abs(h) <= 1.0 and k >= (1e-3 if strict else -100.0)) for h, k in zip(here, later, strict=True)]
+    assert together.tolist() == known
+    alone = [bool(satisfied(h, k, 1.0, strict=strict)) for h, k in zip(here, later, strict=True)]
+    assert alone == known

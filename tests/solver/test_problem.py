@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movimentum.planning.blocks.kinds import simultaneous
 from movimentum.solver.block.newton import newton, step_of
 from movimentum.solver.block.problem import BlockProblem, track_scale
 from tests.broad import broad
@@ -27,7 +26,7 @@ def problems(name):
         piece = segment_motion.pieces[0]
         instants = piece.instants(np.array([0.1, 0.4, 0.7]) * piece.end)
         state, _ = piece.evaluate(instants)
-        for block in filter(None, map(simultaneous, segment_motion.plan.blocks)):
+        for block in filter(None, (block.simultaneous for block in segment_motion.plan.blocks)):
             x = np.stack([np.broadcast_to(state[n], 3) for n in block.core], axis=1)
             scale = track_scale(segment_motion.plan, block)
             found.append((BlockProblem.of(block, state, instants.clocks, scale), x, state))

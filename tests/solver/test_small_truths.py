@@ -9,6 +9,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.solver.accuracy.polish import RefinedPoses
+from movimentum.solver.basis.bisection import bisected
 from movimentum.solver.basis.instants import at_frames, at_times
 
 BAR = ".config(10); Bar : .bar A = [0, 0] B = A + [20, 0]; @0 {} Bar.angle = 0; @2"
@@ -49,3 +50,9 @@ def test_zero_has_no_sign_in_text():
     poses = motion.solution.motion.poses(0, 3)
     assert isinstance(poses, RefinedPoses)
     assert poses.texts(-poses.scalars["x", None]) == ["0.0", "0.0", "0.0"]
+
+
+@pytest.mark.parametrize("end", [0.1, 1.0 / 3.0, 2.5, 7.0 - 1e-12])
+def test_what_ends_is_located_to_the_last_digit(end):
+    good, bad = bisected(lambda tau: tau <= end, 0.0, 7.0)
+    assert (good, bad) == (end, np.nextafter(end, np.inf))

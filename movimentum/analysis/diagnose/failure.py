@@ -17,7 +17,7 @@ from movimentum.analysis.diagnose.pushing import push_failure
 from movimentum.analysis.diagnose.reach import bind, driven_past, off_text, runaway
 from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
-from movimentum.planning.blocks.kinds import Assign, Block, Integral, Linear, Velocity, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.structure.rates import reader_of
 from movimentum.records import replace
 from movimentum.scene.leaves import cords_of
@@ -318,7 +318,7 @@ def _ways_out(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fi
 
 def _is_formula(block: Block) -> bool:
     """Whether a block only computes: it has no solution if its formula has no finite value."""
-    return isinstance(block, Assign | Linear | Winding | Integral | Velocity)
+    return not block.branches
 
 
 def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: float) -> Diagnostic:
@@ -345,7 +345,7 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
             helps=("keep points outside of its wheels, and wheels that it crosses between apart",),
         )
     name, note = f"`{plan.system.unknowns[block.unknowns[0]].name}`", "the root of a negative number, or an overflow"
-    if isinstance(block, Integral):
+    if block.integrals:
         name, note = "the integral in this statement", "a pole of what is integrated, " + note
     return Diagnostic(
         code="solve/not-converged",

@@ -12,7 +12,6 @@ from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.expressions import symbol
-from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.structure.rates import RateError, RateTrouble
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, FixedPoint, Relation, Scene, VariableComponent
@@ -32,7 +31,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
     segment_motion = trials.motion.segments[index]
     freedom = sum(rank.freedom for rank in ranks)
     for rank in ranks:
-        if isinstance(segment_motion.plan.blocks[rank.block], Pushing):
+        if segment_motion.plan.blocks[rank.block].pushed is not None:
             continue
         for motion in rank.motions:
             if motion.drawn:

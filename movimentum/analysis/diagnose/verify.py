@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton, Quadratic
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.records import dataclass
-from movimentum.solver.block import closed_form
+from movimentum.solver.basis.instants import Instants
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.judge import Judge
+from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece, evaluated
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
@@ -130,17 +132,18 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
                 continue
             found: FloatArray | None = None
             chosen = frames
-            if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-                margins = np.broadcast_to(closed_form.margin(block, at_nodes, instants.clocks), len(piece.nodes))
+            rows = block.simultaneous
+            if isinstance(track, SignTrack):
+                margins = margins_of(block, at_nodes, instants)
                 chosen = frames[_near_minima(piece, margins, frames)][:MOST_FRAMES]
                 if len(chosen) == 0:
                     continue
                 found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), UNCERTAIN_AT_FOLD**2))
-            elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
-                if not (conditions(piece, block, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
+            elif isinstance(track, NodeTrack) and rows is not None and rows.is_square:
+                if not (conditions(piece, rows, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
                     continue
                 chosen = frames[:MOST_FRAMES]
-                found = conditions(piece, block, chosen, None)
+                found = conditions(piece, rows, chosen, None)
             if found is None:
                 continue
             bad = found > WORTH_TELLING
@@ -149,10 +152,16 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
                 yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))
 
 
-def _margins(piece: Piece, block: Quadratic, tau: FloatArray) -> FloatArray:
+def margins_of(block: Block, state: State, instants: Instants) -> FloatArray:
+    """(F,) the margins of a block that a sign has followed."""
+    margin = kernels.margin(block, state, instants.clocks)
+    assert margin is not None
+    return np.broadcast_to(margin, len(instants))
+
+
+def _margins(piece: Piece, block: Block, tau: FloatArray) -> FloatArray:
     instants = piece.instants(tau)
-    state = piece.before(block.number, instants)
-    return np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(tau))
+    return margins_of(block, piece.before(block.number, instants), instants)
 
 
 def _near_minima(piece: Piece, v: FloatArray, frames: FloatArray) -> NDArray[np.bool_]:

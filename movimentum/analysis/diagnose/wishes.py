@@ -11,7 +11,7 @@ from movimentum.analysis.diagnose.remedies import left_out
 from movimentum.analysis.freedom.frozen import drawn_by, held_block
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.planning.blocks.kinds import Free, simultaneous, wishes_drawing
+from movimentum.planning.blocks.kinds import wishes_drawing
 from movimentum.planning.lowering.equations import Wish
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.records import dataclass
@@ -136,8 +136,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
     assert isinstance(piece, Piece)
     number_of_wish = plan.wish_of[errors[0]]
     wish = plan.system.wishes[number_of_wish]
-    block = simultaneous(next(b for b in plan.blocks if number_of_wish in wishes_drawing(b)))
-    assert isinstance(block, Free)
+    block = next(rows for rows in plan.free_rows if number_of_wish in wishes_drawing(rows))
     watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
     held = held_block(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)

@@ -9,7 +9,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import symbol
-from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.graph import groups
@@ -89,7 +89,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
     Counting equations would be wrong for every braced structure. The rank is the numerical rank of the Jacobian, with
     rows scaled to unit gradients, relative to its largest singular value.
     """
-    blocks = list(filter(None, map(simultaneous, segment_motion.plan.blocks)))
+    blocks = [rows for block in segment_motion.plan.blocks if (rows := block.simultaneous) is not None]
     moment = generic_moment(segment_motion) if blocks else None
     if moment is None:
         return []
@@ -107,7 +107,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
             scale = scale_of(segment_motion.plan, block.core)
             rows, rank, free = rank_at(block, one, instants.clocks, x, scale)
             nearby: tuple[FreeMotion, ...] = ()
-            if isinstance(block, Free) and rank < len(x):
+            if block.free and rank < len(x):
                 # at a dead centre the rank drops, but nothing is free for that reason: examine a nearby pose too
                 y, there = beside(segment_motion.plan, block, one, instants.clocks, x, free)
                 more, higher, other = rank_at(block, there, instants.clocks, y, scale)
@@ -146,7 +146,7 @@ def parts_of(segment_motion: SegmentMotion, ranks: Sequence[BlockRank]) -> list[
         links += [(members[0], other) for other in members[1:]]
     owner = {n: block.number for block in plan.blocks for n in block.unknowns}
     of_block = {rank.block: rank for rank in ranks}
-    rows_of = {rows.number: rows for rows in map(simultaneous, plan.blocks) if rows is not None}
+    rows_of = {rows.number: rows for block in plan.blocks if (rows := block.simultaneous) is not None}
     twists = _twists(segment_motion, ranks)
     parts: list[ConnectedPart] = []
     for component in groups(len(system.unknowns), links):

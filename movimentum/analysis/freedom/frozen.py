@@ -11,7 +11,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Free, Pushing
-from movimentum.planning.blocks.wishes import with_wishes
+from movimentum.planning.blocks.wishes import drawn
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
@@ -35,9 +35,7 @@ FARTHEST = 0.05
 def drawn_by(plan: Plan, block: Free, wish: Wish) -> Free:
     """``block``, a free one, pulled by ``wish`` alone."""
     known = {n for other in plan.blocks if other.number != block.number for n in other.unknowns}
-    drawn = with_wishes(replace(block, wishes=None), [wish], known, Clocks(plan.clocks))
-    assert isinstance(drawn, Free)
-    return drawn
+    return drawn(replace(block, wishes=None), [wish], known, Clocks(plan.clocks))
 
 
 class HeldBlock:
@@ -143,13 +141,18 @@ class PushedBlock(HeldBlock):
     _before: tuple[FloatArray, Sequence[PartPair]] | None = None
     """The pose that the last way led to, and what held it there."""
 
+    def __init__(
+        self, piece: Piece, block: Pushing, tau: float, errors: Sequence[Compiled] | None, reads: Collection[int]
+    ) -> None:
+        super().__init__(piece, block, tau, errors, reads)
+        self.pushed = block
+
     def _probe(self, tau: FloatArray) -> tuple[State, tuple[FloatArray, ...]]:
         state, clocks = super()._probe(tau)
         return state, (*clocks, tau)
 
     def _course(self) -> PushCourse:
-        assert isinstance(self.block, Pushing)
-        return PushCourse(self.block, self.piece.plan, self._problem, self._way, self._scale)
+        return PushCourse(self.pushed, self.piece.plan, self._problem, self._way, self._scale)
 
     def _moved(self, x: FloatArray) -> Moved:
         course, end = self._course(), float(self._way[-1])
@@ -177,5 +180,7 @@ class PushedBlock(HeldBlock):
 def held_block(
     piece: Piece, block: Free, tau: float, errors: Sequence[Compiled] | None, reads: Collection[int]
 ) -> HeldBlock:
-    """The `HeldBlock` of a block of whatever kind."""
-    return (PushedBlock if isinstance(block, Pushing) else HeldBlock)(piece, block, tau, errors, reads)
+    """The `HeldBlock` of a block, whether anything pushes it or not."""
+    if block.pushed is None:
+        return HeldBlock(piece, block, tau, errors, reads)
+    return PushedBlock(piece, block.pushed, tau, errors, reads)

@@ -10,7 +10,7 @@ import numpy as np
 
 from movimentum.analysis.freedom.rank import at_one, rank_at, values_of
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Free, Newton, simultaneous
+from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.builder import can_be_seen_turning
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, symbol_numbers, unknown_number
 from movimentum.planning.plan import Plan
@@ -80,7 +80,7 @@ def _spanned(
     moment: _FreeMoment, clocks: Sequence[FloatArray], x: FloatArray, velocities: FloatArray
 ) -> list[tuple[FloatArray, bool]]:
     plan, block, one = moment.plan, moment.block, moment.one
-    if not isinstance(block, Free) or block.wishes is None:
+    if block.wishes is None:
         return [(v, False) for v in _reduced(moment, velocities)]
     slopes = BlockProblem.of(block, one, clocks, scale_of(plan, block.core)).wishes(x[None])[1][0]
     along = slopes @ velocities.T
@@ -127,10 +127,9 @@ def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
         state, bad = piece.evaluate(instants)
         if bad.any():
             return []
-        for block in map(simultaneous, segment_motion.plan.blocks):
-            if isinstance(block, Free):
-                x = values_of(block, state)
-                found += [item for item, _ in free_directions(segment_motion.plan, block, state, instants.clocks, x)]
+        for block in segment_motion.plan.free_rows:
+            x = values_of(block, state)
+            found += [item for item, _ in free_directions(segment_motion.plan, block, state, instants.clocks, x)]
     return in_order(found)
 
 
@@ -316,7 +315,7 @@ def remedy(motion: FreeMotion, statement: str | None) -> str:
 def _speeds(block: Newton, velocity: FloatArray) -> dict[int, float]:
     """The speed of every unknown of a block whose core has a ``velocity`` (n,)."""
     speeds = {n: float(v) for n, v in zip(block.core, velocity, strict=True)}
-    if isinstance(block, Free) and block.linear is not None:
+    if block.linear is not None:
         for n, slopes in zip(block.linear.targets, block.linear.slopes, strict=True):
             speeds[n] = sum(slope * float(velocity[place]) for place, slope in slopes)
     return speeds

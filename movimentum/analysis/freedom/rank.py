@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Block, Free, Newton
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.plan import Plan
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.closed_form import State, fill_explicit
@@ -43,7 +43,7 @@ def rank_at(
 ) -> tuple[FloatArray, int, FloatArray]:
     """The scaled Jacobian (m, n), its rank, and its null space (n, n - rank)."""
     rows = scaled(BlockProblem.of(block, one, clocks, scale).jacobian(x[None]), scale)[0][0]
-    sparse = isinstance(block, Free) and block.sparse is not None
+    sparse = block.sparse is not None
     rank, free = memoized(lambda: ("rank", sparse, _digest(rows)), lambda: _rank_of(rows, sparse=sparse))
     return rows, rank, free
 
@@ -64,11 +64,11 @@ def _rank_of(rows: FloatArray, *, sparse: bool) -> tuple[int, FloatArray]:
     return rank, free
 
 
-def stress_of(block: Block, rows: FloatArray, rank: int) -> FloatArray:
+def stress_of(block: Newton, rows: FloatArray, rank: int) -> FloatArray:
     """(m,) how much each of a block's scaled ``rows`` takes part in dependences among them: the length of its share in
     their left null space.
     """
-    sparse = isinstance(block, Free) and block.sparse is not None
+    sparse = block.sparse is not None
     return memoized(lambda: ("stress", sparse, rank, _digest(rows)), lambda: _stress_of(rows, rank, sparse=sparse))
 
 
@@ -82,7 +82,7 @@ def _stress_of(rows: FloatArray, rank: int, *, sparse: bool) -> FloatArray:
 
 
 def beside(
-    plan: Plan, block: Free, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
+    plan: Plan, block: Newton, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
 ) -> tuple[FloatArray, State]:
     """A pose a little way along all free motions at once, in no particular proportion; ``x`` if there is none."""
     scale = scale_of(plan, block.core)

@@ -6,20 +6,19 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from movimentum.analysis.diagnose.verify import conditions
+from movimentum.analysis.diagnose.verify import conditions, margins_of
 from movimentum.analysis.freedom.motions import FreeMotion, free_directions
 from movimentum.arrays import FloatArray, first_of
-from movimentum.planning.blocks.kinds import Block, Free, Newton, Quadratic, simultaneous
+from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
-from movimentum.solver.block import closed_form
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
 from movimentum.solver.free.velocity import projected
-from movimentum.solver.kinds.kernels import evaluate
+from movimentum.solver.kinds.kernels import evaluate, set_branch
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
@@ -58,10 +57,11 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
                     continue
                 with np.errstate(all="ignore"):
                     found = None
-                    if isinstance(track, SignTrack) and isinstance(block, Quadratic):
-                        found = _quadratic(motion, segment_motion, piece, block)
-                    elif isinstance(track, NodeTrack) and isinstance(block, Newton) and block.is_square:
-                        found = _newton(segment_motion, piece, block, track)
+                    rows = block.simultaneous
+                    if isinstance(track, SignTrack):
+                        found = _two_valued(motion, segment_motion, piece, block)
+                    elif isinstance(track, NodeTrack) and rows is not None and rows.is_square:
+                        found = _newton(segment_motion, piece, rows, track)
                 if found is not None:
                     yield found
 
@@ -70,15 +70,14 @@ def _names(segment_motion: SegmentMotion, block: Block) -> tuple[str, ...]:
     return tuple(segment_motion.plan.system.unknowns[n].name for n in block.unknowns)
 
 
-def _quadratic(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, block: Quadratic) -> BranchReport:
+def _two_valued(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, block: Block) -> BranchReport:
     instants = piece.instants(piece.nodes)
     state = piece.before(block.number, instants)
-    margin = np.broadcast_to(closed_form.margin(block, state, instants.clocks), len(piece.nodes))
+    margin = margins_of(block, state, instants)
     apart = np.zeros(len(piece.nodes))
     both: list[list[FloatArray]] = []
     for sign in (1.0, -1.0):
-        closed_form.set_branch(block, state, instants.clocks, sign)
-        closed_form.fill_explicit(block, state, instants.clocks)
+        set_branch(block, state, instants.clocks, sign)
         both.append([np.broadcast_to(state[n], len(piece.nodes)) for n in block.unknowns])
     for n, a, b in zip(block.unknowns, both[0], both[1], strict=True):
         unknown = segment_motion.plan.system.unknowns[n]
@@ -129,9 +128,7 @@ def wiggles(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Iterator
     instants = piece.instants(np.array([tau]))
     with np.errstate(all="ignore"):
         start, _ = piece.evaluate(instants)
-        for block in map(simultaneous, plan.blocks):
-            if not isinstance(block, Free):
-                continue
+        for block in plan.free_rows:
             x0 = np.array([first_of(start[n]) for n in block.core])
             for motion, velocity in free_directions(plan, block, start, instants.clocks, x0):
                 largest = float(np.max(np.abs(velocity) / scale_of(plan, block.core)))
@@ -166,7 +163,7 @@ def _swung(
         state = list(start)
         for n, value in zip(block.core, x, strict=True):
             state[n] = np.array([value])
-        closed_form.fill_explicit(block, state, instants.clocks)
+        fill_explicit(block, state, instants.clocks)
         touched = set(block.unknowns)
         for other, track in zip(plan.blocks, piece.tracks, strict=True):
             if other.number != block.number and other.inputs & touched:

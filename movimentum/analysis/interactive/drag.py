@@ -11,7 +11,6 @@ import numpy as np
 from movimentum.analysis.freedom.frozen import HeldBlock, PushedBlock, drawn_by, held_block
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Free, simultaneous
 from movimentum.planning.blocks.wishes import in_what_moves
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
@@ -74,10 +73,10 @@ class Grip:
         self._begin = np.zeros(len(values))
         reads = symbol_numbers(*values)
         found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
-        block = None if found is None else simultaneous(found)
+        block = None if found is None else found.free_rows
         self._held: HeldBlock | None = None
         self._placing: Placing | None = None
-        if isinstance(block, Free):
+        if block is not None:
             drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
             watched = None
             if drawn.wishes is not None:

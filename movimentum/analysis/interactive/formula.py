@@ -12,7 +12,6 @@ from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
 from movimentum.expressions.operations import column
 from movimentum.expressions.tables import Ends, Table
-from movimentum.planning.blocks.kinds import Integral, Ode, Winding
 from movimentum.planning.lowering.calculus import FOUND_ANEW
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.records import dataclass
@@ -92,7 +91,6 @@ def formula(segment_motion: SegmentMotion, tau: float, expression: Expr, *, tidy
     is followed at offset ``tau``; simplified if it is not too long for that, unless not ``tidy``.
     """
     plan = segment_motion.plan
-    system = plan.system
     piece = next((p for p in reversed(segment_motion.pieces) if p.begin <= tau), segment_motion.pieces[0])
     if isinstance(piece, Unsolved):
         return Obstacle(None, "there is no solution at this time")
@@ -125,9 +123,8 @@ def formula(segment_motion: SegmentMotion, tau: float, expression: Expr, *, tidy
         root = roots.get(n)
         if root is None:
             block = owner.get(n)
-            if block is not None and isinstance(block, Winding):
-                root = system.equations[block.equations[0]].residual.args[1].args[0]
-            else:
+            root = None if block is None else plan.heading(block)
+            if root is None:
                 return _obstacle(segment_motion, n, None if block is None else block.number)
         missing = [m for m in symbol_numbers(root) if m not in done]
         if missing:
@@ -167,7 +164,7 @@ def _obstacle(segment_motion: SegmentMotion, unknown: int, block: int | None) ->
         return Obstacle(None, f"`{name}` is not solved for")
     found = segment_motion.plan.blocks[block]
     what = "a free motion" if found.free else f"{len(found.core)} unknowns at once, which have no closed form"
-    if isinstance(found, Integral | Ode):
+    if found.integrals:
         what = "an integral"
     return Obstacle(block, f"`{name}` comes from block {block}, {what}")
 

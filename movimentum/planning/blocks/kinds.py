@@ -1,96 +1,17 @@
 """The kinds of blocks: groups of unknowns that are solved together, given those of earlier blocks.
 
-`Block` is a closed union. Each kind has what solving it needs and nothing else; `solver.kinds` says how a path through
-each kind begins, is followed and is evaluated.
+`Block` is a closed union. Each kind has what solving it needs and nothing else; what other stages ask of a block is in
+`BlockBase`, and `solver.kinds` says how a path through each kind begins, is followed and is evaluated.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 from movimentum.expressions import Expr, add, mul
+from movimentum.planning.blocks.base import BlockBase, Free, Newton, Pushing
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
-
-if TYPE_CHECKING:
-    from movimentum.planning.blocks.push_rows import PullRows, PushRows
-    from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
-    from movimentum.planning.structure.metric import Metric
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class BlockBase:
-    """What all blocks have.
-
-    ``unknowns``   what the block determines, from its ``equations``
-    ``core``       the unknowns that are solved for; all others, the ``targets``, are given by ``explicit`` (compiled;
-                   one value for each, in that order) from the core and the inputs
-    ``given``      the targets with their expressions
-    ``inputs``     the unknowns of earlier blocks that it reads
-    ``moving``     whether anything in it can change with time
-    ``phases``     compiled; the angles (degrees) that the block's sines and cosines are taken of, or None
-    ``divisors``   what its equations divide by, as far as earlier blocks and time determine it: where one is zero,
-                   something may run away
-    ``identity``   blocks of one identity differ in the numbers of their equations and wishes at most; 0 is unlike any
-                   other
-    ``formulas``   closed forms, where the block has them: every unknown with its expression, the core first, in an
-                   order in which each uses only inputs and those before it
-    """
-
-    number: int
-    unknowns: tuple[int, ...]
-    equations: tuple[int, ...]
-    core: tuple[int, ...]
-    targets: tuple[int, ...] = ()
-    explicit: Compiled | None = None
-    given: tuple[tuple[int, Expr], ...] = ()
-    inputs: frozenset[int]
-    moving: bool
-    phases: Compiled | None = None
-    divisors: tuple[Expr, ...] = ()
-    formulas: tuple[tuple[int, Expr], ...] = ()
-    identity: int = 0
-
-    @property
-    def free(self) -> bool:
-        """Whether it leaves freedom: more unknowns than independent equations."""
-        return False
-
-    @property
-    def branches(self) -> bool:
-        """Whether it may have several solutions at one instant."""
-        return False
-
-    @property
-    def iterative(self) -> bool:
-        """Whether Newton's method solves it."""
-        return False
-
-    @property
-    def closed_form(self) -> bool:
-        """Whether formulas or linear equations give its solutions from its inputs at the same instant."""
-        return False
-
-    @property
-    def single_valued(self) -> bool:
-        """Whether its inputs give its one solution by formulas or linear equations."""
-        return self.closed_form and not self.branches
-
-    @property
-    def momentary(self) -> bool:
-        """Whether its inputs at one instant, and what is carried over there, give its solutions at little cost."""
-        return self.closed_form
-
-    @property
-    def continued(self) -> bool:
-        """Whether its value goes on from the one before: an angle with its turns, an integral."""
-        return False
-
-    @property
-    def rows(self) -> int:
-        """The number of equations that are left for the core."""
-        return len(self.equations) - len(self.targets)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -120,6 +41,11 @@ class Linear(BlockBase):
     def closed_form(self) -> bool:
         """See `BlockBase`."""
         return True
+
+    @property
+    def linear_system(self) -> Compiled:
+        """See `BlockBase`."""
+        return self.system
 
 
 class QuadraticShape(StrEnum):
@@ -153,95 +79,17 @@ class Quadratic(BlockBase):
         return True
 
     @property
+    def discriminant(self) -> Expr:
+        """See `BlockBase`."""
+        return self.margin
+
+    @property
     def apart(self) -> Expr | None:
-        """The square of the normal: of the distance of a dyad's two centres. None where it is always the same."""
+        """See `BlockBase`: the square of the normal."""
         if self.normal is None:
             return None
         square = add(*(mul(part, part) for part in self.normal))
         return None if square.value is not None else square
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Newton(BlockBase):
-    """Equations that Newton's method solves.
-
-    ``residual``       compiled; the m residuals, whose expressions are ``residuals``, each from one of
-                       ``row_equations``
-    ``jacobian``       compiled; the derivatives ``slopes``, which stand at ``entries`` as (row, column) of the
-                       (m, len(core)) Jacobian; all others are zero
-    """
-
-    residual: Compiled | None
-    jacobian: Compiled | None
-    entries: tuple[tuple[int, int], ...]
-    residuals: tuple[Expr, ...]
-    slopes: tuple[Expr, ...]
-    row_equations: tuple[int, ...]
-
-    @property
-    def branches(self) -> bool:
-        """See `BlockBase`."""
-        return True
-
-    @property
-    def iterative(self) -> bool:
-        """See `BlockBase`."""
-        return True
-
-    @property
-    def is_square(self) -> bool:
-        """Whether it has as many rows as unknowns, and no freedom by its structure."""
-        return not self.free and self.rows == len(self.core)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WishRows:
-    """The wishes that draw a free block: compiled ``errors`` (``count`` of them), and their derivatives ``slopes`` at
-    ``entries`` (error, core unknown); ``expressions`` of the errors, then of the slopes.
-
-    ``speeds``: for each wish, how fast its errors, from a first to an end (not included), may change together (inf: as
-    fast as possible). ``numbers``: the wishes' numbers in `System.wishes`.
-    """
-
-    errors: Compiled
-    count: int
-    slopes: Compiled
-    expressions: tuple[Expr, ...]
-    entries: tuple[tuple[int, int], ...]
-    speeds: tuple[tuple[int, int, float], ...]
-    numbers: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Free(Newton):
-    """Equations that leave freedom: the motion is the least that they, and the ``wishes``, allow.
-
-    ``metric``    the quadratic form that sums the squared speeds of all anchors
-    ``linear``    large blocks: how ``targets`` depend on the core
-    ``sparse``    large blocks: the residuals by their terms, instead of ``residual`` and ``jacobian``
-    ``places``    lifted blocks: the coordinates of all anchors as drawn, then of its things' anchors in their frames
-    """
-
-    metric: Metric
-    linear: LinearMap | None = None
-    sparse: SparseRows | None = None
-    wishes: WishRows | None = None
-    places: Compiled | None = None
-
-    @property
-    def free(self) -> bool:
-        """See `BlockBase`."""
-        return True
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Pushing(Free):
-    """Equations that leave freedom, in which inequalities push: the motion is the least that both allow, and the
-    wishes, the higher ones first.
-    """
-
-    pushes: PushRows
-    pulls: PullRows
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -260,6 +108,11 @@ class Winding(BlockBase):
         """See `BlockBase`."""
         return True
 
+    @property
+    def counts_turns(self) -> bool:
+        """See `BlockBase`."""
+        return True
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Integral(BlockBase):
@@ -271,6 +124,11 @@ class Integral(BlockBase):
     def continued(self) -> bool:
         """See `BlockBase`."""
         return True
+
+    @property
+    def integrals(self) -> tuple[int, ...]:
+        """See `BlockBase`."""
+        return self.core
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -303,6 +161,21 @@ class Ode(BlockBase):
         return self.algebraic.free
 
     @property
+    def integrals(self) -> tuple[int, ...]:
+        """See `BlockBase`."""
+        return self.states
+
+    @property
+    def simultaneous(self) -> Newton:
+        """See `BlockBase`."""
+        return self.algebraic
+
+    @property
+    def free_rows(self) -> Free | None:
+        """See `BlockBase`."""
+        return self.algebraic.free_rows
+
+    @property
     def rows(self) -> int:
         """See `BlockBase`."""
         return self.algebraic.rows
@@ -320,16 +193,14 @@ class Velocity(BlockBase):
     behind: tuple[int, ...]
     order: int
 
+    @property
+    def rates_of(self) -> tuple[int, int]:
+        """See `BlockBase`."""
+        return self.law, self.order
+
 
 Block = Assign | Linear | Quadratic | Newton | Free | Pushing | Winding | Integral | Ode | Velocity
 """A group of equations, made ready to be solved."""
-
-
-def simultaneous(block: Block) -> Newton | Free | None:
-    """The equations of a block that Newton's method solves; None for a block that has none."""
-    if isinstance(block, Ode):
-        return block.algebraic
-    return block if isinstance(block, Newton) else None
 
 
 def method_of(block: Block) -> str:
@@ -347,5 +218,5 @@ def method_of(block: Block) -> str:
 
 def wishes_drawing(block: Block) -> tuple[int, ...]:
     """The numbers (in `System.wishes`) of the wishes that draw a block."""
-    rows = simultaneous(block)
-    return rows.wishes.numbers if isinstance(rows, Free) and rows.wishes is not None else ()
+    rows = block.simultaneous
+    return rows.wishes.numbers if rows is not None and rows.wishes is not None else ()

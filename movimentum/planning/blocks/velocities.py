@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from movimentum.expressions import Expr, walk
-from movimentum.planning.blocks.kinds import Block, Free, Pushing, Velocity
+from movimentum.planning.blocks.kinds import Block, BlockBase, Free, Pushing, Velocity
 from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
 from movimentum.records import dataclass
-
-HIGHEST = 2
-"""Derivatives that a free motion has."""
 
 
 def velocity_block(number: int, system: System, group: Group, blocks: Sequence[Block]) -> Velocity:
@@ -29,7 +26,7 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
         trouble = RateTrouble.FLOWING
     elif isinstance(law, Pushing) and order > 1:
         trouble = RateTrouble.PUSHED
-    elif law.moving and order > (1 if law.wishes is not None else HIGHEST):
+    elif law.moving and order > law.highest_rate:
         trouble = RateTrouble.HIGHER
     if trouble is not None:
         raise RateError(trouble, reader_of(system, set(group.unknowns)), system.unknowns[of].thing)
@@ -81,7 +78,7 @@ class BlockRows:
     slope_nodes: list[Expr]
 
 
-def rows_of(system: System, block: Block) -> BlockRows:
+def rows_of(system: System, block: BlockBase) -> BlockRows:
     """The equations that a block stands for, as they were before any was eliminated."""
     residuals = tuple(system.equations[e].residual for e in block.equations)
     entries, slopes = slopes_of(residuals, block.unknowns)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 
 from movimentum.expressions import Expr, add, call, const, div, neg, sub, substitute, symbol
-from movimentum.planning.blocks.kinds import Block, Free, Newton, Ode, WishRows
+from movimentum.planning.blocks.base import WishRows
+from movimentum.planning.blocks.kinds import Block, Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import slopes_of, with_respect_to
 from movimentum.planning.lowering.equations import Form, System, Wish
@@ -121,15 +122,20 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
 
 
 def with_wishes(block: Block, wishes: Sequence[Wish], known: set[int], clocks: Clocks) -> Block:
-    """A free ``block`` with the errors of the wishes that are about it, and otherwise only about what is ``known``
-    before it; any other block as it is.
-    """
-    if isinstance(block, Ode):
-        drawn = with_wishes(block.algebraic, wishes, known, clocks)
-        assert isinstance(drawn, Newton)
-        return replace(block, algebraic=drawn, inputs=block.inputs | (drawn.inputs - set(block.unknowns)))
-    if not isinstance(block, Free):
+    """A ``block`` whose free rows are `drawn`; any other block as it is."""
+    rows = block.free_rows
+    if rows is None:
         return block
+    by = drawn(rows, wishes, known, clocks)
+    if isinstance(block, Ode):
+        return replace(block, algebraic=by, inputs=block.inputs | (by.inputs - set(block.unknowns)))
+    return by
+
+
+def drawn(block: Free, wishes: Sequence[Wish], known: set[int], clocks: Clocks) -> Free:
+    """A free block with the errors of the wishes that are about it, and otherwise only about what is ``known`` before
+    it.
+    """
     core, members = set(block.core), set(block.unknowns)
     memo: dict[Expr, Expr] = {} if block.linear is None else {symbol(n): e for n, e in block.linear.explicit}
     errors: list[Expr] = []

@@ -17,7 +17,6 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.diagnostics import Diagnostic
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.solver.accuracy.notes import draft_note
@@ -67,14 +66,11 @@ class Cubics:
         state: State = [None] * len(plan.system.unknowns)
         for n, row in zip(self.known, values, strict=True):
             state[n] = row
-        number_of = plan.system.number_of
-        for n, unknown in enumerate(plan.system.unknowns):
-            if isinstance(unknown.payload, PoseCos) and state[n] is not None:
-                m = number_of.get(PoseSin(unknown.payload.thing))
-                if m is not None and state[m] is not None:
-                    length = np.hypot(state[n], state[m])
-                    length = np.where(length > 0.0, length, 1.0)
-                    state[n], state[m] = state[n] / length, state[m] / length
+        for c, s in plan.directions:
+            if state[c] is not None and state[s] is not None:
+                length = np.hypot(state[c], state[s])
+                length = np.where(length > 0.0, length, 1.0)
+                state[c], state[s] = state[c] / length, state[s] / length
         return state
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.expressions import ZERO, Expr
-from movimentum.planning.blocks.kinds import Block, Integral, Ode, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.calculus import closed_form
 from movimentum.planning.lowering.equations import Form
 from movimentum.planning.lowering.unknowns import PosePart, Rate
@@ -247,11 +247,12 @@ class RefinedMotion:
         plan, arithmetic = piece.plan, self.arithmetic
         everywhere = np.full(1, np.inf)
         start = np.stack([np.broadcast_to(context.floats[n], count) for n in block.unknowns], axis=1)
-        if isinstance(block, Winding):
+        heading = plan.heading(block)
+        if heading is not None:
             (n,) = block.unknowns
-            self._wind(plan.system.equations[block.equations[0]].residual, context, n, start[:, 0])
+            self._wind(heading, context, n, start[:, 0])
             return everywhere
-        if isinstance(block, Integral):
+        if block.continued:
             self._accumulate(number, piece, block, context, times, start[:, 0])
             return everywhere
         if block.free and len(block.unknowns) > len(block.equations):
@@ -259,7 +260,7 @@ class RefinedMotion:
             self.attained.rough.update(
                 {f"the free motion of `{plan.system.scene.things[t].name}`": None for t in things}
             )
-        states = block.states if isinstance(block, Ode) else ()
+        states = block.integrals
         for n in states:
             context.wide[n] = arithmetic.floats(start[:, block.unknowns.index(n)])
             self.attained.rough[AN_INTEGRAL] = None
@@ -276,9 +277,9 @@ class RefinedMotion:
             return everywhere
         return polished(plan, rows, context, start[:, chosen], scale_of(plan, unknowns))
 
-    def _wind(self, residual: Expr, context: RowContext, unknown: int, guess: FloatArray) -> None:
+    def _wind(self, heading: Expr, context: RowContext, unknown: int, guess: FloatArray) -> None:
         """angle - atan2d(sine, cosine) = 0, up to full turns, which ``guess`` knows."""
-        sine, cosine = residual.args[1].args[0].args
+        sine, cosine = heading.args
         values = self._evaluator.values(ordered([sine, cosine]), [sine, cosine], context.leaf)
         angle = self.arithmetic.call("atan2d", None, values)
         turns = np.rint((guess - self.arithmetic.rounded(angle)) / 360.0)

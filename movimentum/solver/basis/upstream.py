@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable
 
-from movimentum.planning.blocks.kinds import Block, Winding
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 
@@ -30,5 +30,5 @@ def idle_windings(plan: Plan, others: Container[int] = ()) -> frozenset[int]:
     """The numbers of the continuous angles that no block and no inequality reads, and that are not among ``others``."""
     read = {n for block in plan.blocks for n in block.inputs}
     read |= symbol_numbers(*(selector.value for selector in plan.system.selectors))
-    windings = (block for block in plan.blocks if isinstance(block, Winding))
+    windings = (block for block in plan.blocks if block.counts_turns)
     return frozenset(block.number for block in windings if not any(n in read or n in others for n in block.unknowns))

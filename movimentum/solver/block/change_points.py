@@ -12,17 +12,12 @@ Where two solutions meet, quantities that depend on them are known only to the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, first_of
-from movimentum.planning.blocks.kinds import Quadratic
-from movimentum.planning.plan import Plan
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
-from movimentum.solver.basis.upstream import finders
-from movimentum.solver.block import closed_form
-from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import DISCRIMINANT_ZERO, END_LOCATED, ROUNDING_OF_DISCRIMINANT
 
 Margin = Callable[[FloatArray], FloatArray]
@@ -200,16 +195,3 @@ def _crossings(margin: Margin, good: FloatArray, bad: FloatArray) -> FloatArray:
         a, b = good[left_over], bad[left_over]
         left_over = left_over[np.abs(b - a) > END_LOCATED * np.maximum(np.abs(a), np.abs(b))]
     return good
-
-
-def solutions_meet(plan: Plan, unknowns: Iterable[int], state: State, clocks: Sequence[FloatArray]) -> bool:
-    """Whether the two solutions of a quadratic block that ``unknowns`` depend on are one in the first instant of
-    ``state``.
-    """
-    for number in reversed(finders(plan, unknowns)):
-        block = plan.blocks[number]
-        if isinstance(block, Quadratic) and all(state[n] is not None for n in block.inputs):
-            with np.errstate(all="ignore"):
-                if abs(first_of(closed_form.margin(block, state, clocks))) <= DISCRIMINANT_ZERO:
-                    return True
-    return False

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import FloatArray, solutions
-from movimentum.planning.blocks.kinds import Block, Linear, Quadratic
+from movimentum.planning.blocks.kinds import Block, BlockBase, Linear, Quadratic
 
 State = list[Any]
 """By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
@@ -51,10 +51,12 @@ def linear(block: Linear, u: State, k: Sequence[FloatArray]) -> tuple[FloatArray
     return tuple(solution[..., j] for j in range(m))
 
 
-def determinant(block: Linear, u: State, k: Sequence[FloatArray]) -> FloatArray:
-    """Of a linear block's matrix, as it broadcasts."""
+def determinant(block: Block, u: State, k: Sequence[FloatArray]) -> FloatArray | None:
+    """Of the matrix of a block's linear system, as it broadcasts; None where it has none."""
+    if block.linear_system is None:
+        return None
     m = len(block.core)
-    values = block.system(u, k)[: m * m]
+    values = block.linear_system(u, k)[: m * m]
     if m == 1:
         return np.asarray(values[0])
     return np.asarray(np.linalg.det(np.nan_to_num(_stacked(values, values)).reshape(*_shape(values), m, m)))
@@ -70,7 +72,7 @@ def _stacked(some: Sequence[Any], values: Sequence[Any]) -> FloatArray:
     return np.stack([np.broadcast_to(value, shape) for value in some], axis=-1)
 
 
-def fill_explicit(block: Block, u: State, k: Sequence[FloatArray]) -> None:
+def fill_explicit(block: BlockBase, u: State, k: Sequence[FloatArray]) -> None:
     """Set the eliminated unknowns from the core and the inputs."""
     if block.explicit is not None:
         for n, value in zip(block.targets, block.explicit(u, k), strict=True):

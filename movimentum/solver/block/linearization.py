@@ -115,9 +115,7 @@ def tangent_at(problem: BlockProblem, x: FloatArray) -> Tangent:
         from movimentum.solver.block.sparse import saddle
 
         return saddle(problem, x)
-    block = problem.block
-    assert isinstance(block, Free)
-    return DenseTangent(block, problem.jacobian(x[None])[0])
+    return DenseTangent(problem.free_block, problem.jacobian(x[None])[0])
 
 
 def chord_newton(

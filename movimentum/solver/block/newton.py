@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
-from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
 from movimentum.solver.basis.effort import charge
@@ -264,8 +263,7 @@ def _moves(problem: BlockProblem, x: FloatArray) -> bool:
     """Whether the rows of a large block leave anything of a random motion."""
     from movimentum.solver.block.sparse import saddle
 
-    block = problem.block
-    assert isinstance(block, Free)
+    block = problem.free_block
     tangent = saddle(problem, x)
     motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
     left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))

@@ -114,7 +114,7 @@ class BlockProblem:
     def wishes(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The errors (F, p) of the wishes that draw the block, and their Jacobian (F, p, n)."""
         block = self.block
-        wishes = block.wishes if isinstance(block, Free) else None
+        wishes = block.wishes
         count = 0 if wishes is None else wishes.count
         errors = np.zeros((len(x), count))
         jacobian = np.zeros((len(x), count, len(block.core)))
@@ -139,9 +139,16 @@ class BlockProblem:
         return values
 
     @property
+    def free_block(self) -> Free:
+        """The block, where it leaves freedom."""
+        rows = self.block.free_rows
+        assert rows is not None
+        return rows
+
+    @property
     def sparse(self) -> SparseRows | None:
         """The rows of a large block by their terms."""
-        return self.block.sparse if isinstance(self.block, Free) else None
+        return self.block.sparse
 
     def _coefficients(self, rows: SparseRows, count: int) -> FloatArray:
         """(F, T) coefficients of the terms at F instants."""

@@ -152,8 +152,7 @@ class Saddle:
 
 def saddle(problem: BlockProblem, x: FloatArray) -> Saddle:
     """The block linearised at core values ``x`` (n,) at one instant."""
-    block = problem.block
-    assert isinstance(block, Free)
+    block = problem.free_block
     return Saddle(block, problem.sparse_slopes(rows_of(block), x[None])[0])
 
 
@@ -163,8 +162,7 @@ class QuadraticProgram:
     """
 
     def __init__(self, problem: BlockProblem, x: FloatArray) -> None:
-        block = problem.block
-        assert isinstance(block, Free)
+        block = problem.free_block
         rows = rows_of(block)
         self.scale = _pattern(block).scale
         self.gradient = np.zeros(len(x))

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import FloatArray, IntArray
-from movimentum.planning.blocks.kinds import Block, Integral, Linear, Newton
+from movimentum.planning.blocks.kinds import Block, Integral, Newton
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.solver.basis.memory import code_of
@@ -53,7 +53,7 @@ def vanishing(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]
     """The times at which something that ``block`` divides by is zero, ascending, and for each how far it is to the
     nearest node; nodes are put beside them.
     """
-    if not block.moving or not (block.divisors or isinstance(block, Linear)):
+    if not block.moving or not (block.divisors or block.linear_system):
         return []
     divisors = code_of(block.divisors, path.plan.clocks) if block.divisors else None
     found: set[tuple[float, float]] = set()
@@ -109,8 +109,9 @@ def _values_of(
 ) -> list[FloatArray]:
     """(count,) for each divisor; of a linear block the last one is its determinant."""
     rows = [] if divisors is None else [np.broadcast_to(value, count) for value in divisors(state, clocks)]
-    if isinstance(block, Linear):
-        rows.append(np.broadcast_to(closed_form.determinant(block, state, clocks), count))
+    determinant = closed_form.determinant(block, state, clocks)
+    if determinant is not None:
+        rows.append(np.broadcast_to(determinant, count))
     return rows
 
 

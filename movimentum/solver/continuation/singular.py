@@ -25,6 +25,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
 from movimentum.records import dataclass
+from movimentum.solver.basis.bisection import bisected
 from movimentum.solver.block.local import ITERATIONS, Local, PlaceOn
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import scaled
@@ -118,13 +119,7 @@ def _last(local: Local, tau: float, x: FloatArray, scale: FloatArray, total: flo
     good, step = tau, SHORTEST_PATH_STEP * total
     while step <= FOLD_BEYOND_PATH * total and solvable(good + step):
         good, step = good + step, 2.0 * step
-    bad = good + step
-    for _ in range(60):
-        middle = 0.5 * (good + bad)
-        if not good < middle < bad:
-            break
-        good, bad = (middle, bad) if solvable(middle) else (good, middle)
-    return good
+    return bisected(solvable, good, good + step)[0]
 
 
 STEPS_BACK = 200

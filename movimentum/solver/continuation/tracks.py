@@ -253,14 +253,15 @@ Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack
 
 
 class Path(Protocol):
-    """A piece of path as its blocks see it: [``begin``, ``end``] (offsets from the segment's start), and the tracks of
-    the blocks so far.
+    """A piece of path as its blocks see it: [``begin``, ``end``] (offsets from the segment's start), its ``nodes``, and
+    the tracks of the blocks so far.
     """
 
     plan: Plan
     segment_start: Fraction
     begin: float
     end: float
+    nodes: FloatArray
     tracks: list[Track]
     resolved: bool
     steppers: dict[int, Compiled | None]

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, first_of, solutions
-from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
@@ -85,8 +84,7 @@ class Turn:
 
 def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) -> list[Turn]:
     """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
-    block = problem.block
-    assert isinstance(block, Free)
+    block = problem.free_block
     offsets: dict[int, float] = {}
     places = {n: j for j, n in enumerate(block.core)}
     slopes = {} if block.linear is None else dict(zip(block.linear.targets, block.linear.slopes, strict=True))
@@ -168,9 +166,8 @@ def _dense_least(
     most: float,
 ) -> LeastPose | None:
     """Gauss–Newton steps in the null space of the constraints (Nocedal & Wright, ch. 18)."""
-    block, scale, x = problem.block, problem.scale, start.copy()
-    assert isinstance(block, Free)
-    metric = block.metric.dense
+    scale, x = problem.scale, start.copy()
+    metric = problem.free_block.metric.dense
     longest, nearest, last = most, np.inf, np.zeros(len(start))
     for k in range(120 if not len(wished) else 240):
         residual, jacobian = problem.residual(x[None]), problem.jacobian(x[None])
@@ -281,9 +278,7 @@ def _sparse_least(
     """The same steps from sparse saddle point systems (`solver.block.sparse`)."""
     from movimentum.solver.block.sparse import QuadraticProgram
 
-    block, scale = problem.block, problem.scale
-    assert isinstance(block, Free)
-    form = block.metric
+    scale, form = problem.scale, problem.free_block.metric
     x = start.copy()
     for _ in range(80):
         step_of = QuadraticProgram(problem, x)

@@ -8,17 +8,17 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, substitute, symbol
-from movimentum.planning.blocks.kinds import Block, Free, Velocity
+from movimentum.planning.blocks.kinds import Block, Free
 from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.arithmetic.evaluation import ordered
-from movimentum.solver.arithmetic.taylor import coefficient, shifted
+from movimentum.solver.arithmetic.taylor import coefficient
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import DenseTangent, tangent_at
 from movimentum.solver.block.problem import BlockProblem, scale_of
-from movimentum.solver.block.rates import Moment, differentiated
+from movimentum.solver.block.rates import Moment
 from movimentum.solver.free.velocity import Law
 
 
@@ -137,37 +137,14 @@ def depths(plan: Plan, numbers: Iterable[int], wanted: Mapping[int, int]) -> dic
     result = dict.fromkeys(numbers, 0) | dict(wanted)
     for number in sorted(result, reverse=True):
         block, depth = plan.blocks[number], result[number]
-        if isinstance(block, Velocity):
-            before, depth = {block.law}, depth + block.order
+        if block.rates_of is not None:
+            law, order = block.rates_of
+            before, depth = {law}, depth + order
         else:
             before = set(plan.before(block))
         for other in before:
             result[other] = max(result[other], depth)
     return result
-
-
-def extend(block: Block, moment: Moment, depth: int) -> FloatArray | None:
-    """Give the unknowns of a block, which know their values, their derivatives up to order ``depth``, given those of
-    all that it depends on. Returns (F,) the reciprocal condition number of its Jacobian, where it has one.
-    """
-    if not block.moving or (depth == 0 and not isinstance(block, Velocity)):
-        return None
-    if isinstance(block, Free):
-        free = FreeBlock(block, moment)
-        free.first()
-        if depth > 1:
-            free.second()
-    elif isinstance(block, Velocity):
-        for n in block.unknowns:
-            series = moment.values[moment.plan.system.differentiated(n)[0]] or ()
-            for _ in range(block.order):
-                series = shifted(series)
-            moment.values[n] = series[: depth + 1]
-    elif block.free:  # a differential equation with freedom left, which no velocity field says how to follow
-        undefined(block, moment, depth)
-    else:
-        return differentiated(moment.plan.stated_rows(block), moment, depth)
-    return None
 
 
 def undefined(block: Block, moment: Moment, depth: int) -> None:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, first_of
+from movimentum.expressions import Expr
 from movimentum.planning.blocks.kinds import Block, BlockBase, Newton
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, SignTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
@@ -21,6 +22,7 @@ from movimentum.tolerances import DISCRIMINANT_ZERO
 
 if TYPE_CHECKING:
     from movimentum.solver.block.problem import BlockProblem
+    from movimentum.solver.block.rates import Moment
     from movimentum.solver.solutions.homotopy import AllSolutions
     from movimentum.solver.solutions.newton_starts import Starts
 
@@ -89,6 +91,16 @@ class Resuming(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopRows:
+    """The rows that Newton's method finds a core by: as many ``residuals`` as unknowns, and their derivatives
+    ``slopes``, row by row.
+    """
+
+    residuals: tuple[Expr, ...]
+    slopes: tuple[tuple[Expr, ...], ...]
+
+
 B = TypeVar("B", bound=BlockBase)
 
 
@@ -99,10 +111,20 @@ class Kernel(Generic[B]):
         """All solutions of a block to begin a path with, given what is known before it."""
         return Found([Choice()])
 
+    def begun(self, start: Beginning, block: B) -> Found | None:
+        """The pose carried over as the one solution to begin with, where it is one, and none where it is not; None of a
+        kind whose solutions are all found and compared with it.
+        """
+        return None
+
     def solve(self, block: B, state: State, clocks: Sequence[FloatArray], sign: Any) -> Any:
         """Set the core of a block in closed form, on the branch ``sign`` where there are two; then its margin is
         returned (see `closed_form.margin`), else None.
         """
+        return None
+
+    def margin(self, block: B, state: State, clocks: Sequence[FloatArray]) -> FloatArray | None:
+        """Of a block with two solutions, which a sign tells apart: see `closed_form.margin`. None of any other."""
         return None
 
     def take(self, start: Beginning, block: B, choice: Choice) -> None:
@@ -130,11 +152,37 @@ class Kernel(Generic[B]):
         self.evaluate(on.piece, block, track, state, instants)
         return Choice(values=(first_of(state[block.core[0]]),)) if block.continued else Choice()
 
+    def rates(self, block: B, moment: Moment, depth: int) -> FloatArray | None:
+        """Give the unknowns, which know their values, their derivatives up to order ``depth``, given those of all that
+        the block depends on. Returns (F,) the reciprocal condition number of its Jacobian, where it has one.
+        """
+        from movimentum.solver.block.rates import differentiated
+
+        return differentiated(moment.plan.stated_rows(block), moment, depth)
+
+    def rates_along(self, path: Path, block: B, track: Track, moment: Moment, depth: int) -> FloatArray | None:
+        """`rates` along a path."""
+        return self.rates(block, moment, depth)
+
+    def loop(self, block: B) -> LoopRows | None:
+        """The rows by which Newton's method finds the core of a block that has no formulas; None where there are
+        none.
+        """
+        return None
+
     def lifted(self, block: B, lift: Lift) -> dict[str, Any]:
         """The fields of a lifted block (see `solver.kinds.across`) that only this kind has; `NotImplementedError` where
         blocks of this kind are not solved across variants.
         """
         raise NotImplementedError(type(block).__name__)
+
+    def compared(self, run: Across, block: B, choice: Any) -> list[Any]:
+        """What tells a lifted block from another one of the same structure: its solutions in the state of ``run``; of
+        a loop, its rows; of an integral, what is integrated.
+        """
+        self.across(run, block, choice)
+        fill_explicit(block, run.state, run.instants.clocks)
+        return [*run.margins.values(), *(run.state[n] for n in block.unknowns)]
 
     def across(self, run: Across, block: B, choice: Any) -> None:
         """Set the core for all variants at all instants, given ``choice``: the sign (V, 1) of a quadratic block, whose

@@ -153,6 +153,10 @@ class IntegralKernel(Kernel[Integral]):
         assert equation.integrand is not None
         return {"integrand": lift.code([lift.formula(equation.integrand)])}
 
+    def compared(self, run: Across, block: Integral, choice: Any) -> list[Any]:
+        """The integrand."""
+        return [*block.integrand(run.state, run.instants.clocks)]
+
     def across(self, run: Across, block: Integral, choice: Any) -> None:
         """Set the total. Where the integrand does not go on as between the quadrature's points, it is rough."""
         (n,) = block.core

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, finite_throughout
+from movimentum.arrays import BoolArray, FloatArray, finite_throughout, first_of
 from movimentum.expressions import walk
 from movimentum.planning.blocks.kinds import (
     Assign,
@@ -23,17 +23,23 @@ from movimentum.planning.blocks.kinds import (
     Winding,
 )
 from movimentum.planning.lowering.calculus import phases_of
+from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.solver.basis.instants import Instants
+from movimentum.solver.basis.upstream import finders
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, StillTrack, Track
 from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.assign import AssignKernel
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import Beginning, Found, Kernel, LoopRows
 from movimentum.solver.kinds.linear import LinearKernel
 from movimentum.solver.kinds.quadratic import QuadraticKernel
 from movimentum.solver.kinds.winding import WindingKernel, evaluate_together
+from movimentum.tolerances import DISCRIMINANT_ZERO
+
+if TYPE_CHECKING:
+    from movimentum.solver.block.rates import Moment
 
 
 def _newton() -> Kernel[Any]:
@@ -63,7 +69,7 @@ def _ode() -> Kernel[Any]:
 def _velocity() -> Kernel[Any]:
     from movimentum.solver.kinds.velocity import VelocityKernel
 
-    return VelocityKernel()
+    return VelocityKernel(rates)
 
 
 _MAKERS: Mapping[type[Block], Callable[[], Kernel[Any]]] = {
@@ -92,6 +98,11 @@ KERNELS = _Kernels()
 def begin(start: Beginning, block: Block) -> Found:
     """All solutions of one block to begin a path with, given what is known before it."""
     return KERNELS[type(block)].begin(start, block)
+
+
+def begun(start: Beginning, block: Block) -> Found | None:
+    """The pose carried over as the one solution to begin with (see `Kernel.begun`)."""
+    return KERNELS[type(block)].begun(start, block)
 
 
 def take(start: Beginning, block: Block, choice: Choice) -> None:
@@ -154,6 +165,45 @@ def evaluate_each(
     return bad | evaluate_together(turns, state, instants) if turns else bad
 
 
+def margin(block: Block, state: State, clocks: Sequence[FloatArray]) -> FloatArray | None:
+    """Of a block with two solutions, which a sign tells apart: negative where there is none, zero where they meet (see
+    `closed_form.margin`). None of any other block.
+    """
+    return KERNELS[type(block)].margin(block, state, clocks)
+
+
+def set_branch(block: Block, state: State, clocks: Sequence[FloatArray], sign: float) -> None:
+    """Set the unknowns of a block in closed form, on the branch ``sign`` where it has two."""
+    KERNELS[type(block)].solve(block, state, clocks, sign)
+    fill_explicit(block, state, clocks)
+
+
+def solutions_meet(plan: Plan, unknowns: Iterable[int], state: State, clocks: Sequence[FloatArray]) -> bool:
+    """Whether the two solutions of a block that ``unknowns`` depend on are one in the first instant of ``state``."""
+    for number in reversed(finders(plan, unknowns)):
+        block = plan.blocks[number]
+        if block.two_valued and all(state[n] is not None for n in block.inputs):
+            with np.errstate(all="ignore"):
+                found = margin(block, state, clocks)
+            if found is not None and abs(first_of(found)) <= DISCRIMINANT_ZERO:
+                return True
+    return False
+
+
+def rates(block: Block, moment: Moment, depth: int) -> FloatArray | None:
+    """Give the unknowns of a block their derivatives up to order ``depth`` (see `Kernel.rates`)."""
+    if not block.moving or (depth == 0 and block.rates_of is None):
+        return None
+    return KERNELS[type(block)].rates(block, moment, depth)
+
+
+def rates_along(path: Path, block: Block, track: Track, moment: Moment, depth: int) -> FloatArray | None:
+    """`rates` along a path."""
+    if not block.moving or (depth == 0 and block.rates_of is None):
+        return None
+    return KERNELS[type(block)].rates_along(path, block, track, moment, depth)
+
+
 def lifted(block: Block, lift: Lift) -> Block:
     """A block whose code reads the constants that vary; `NotImplementedError` for a kind that cannot be lifted."""
     given = tuple((n, lift.formula(root)) for n, root in block.given)
@@ -170,6 +220,16 @@ def lifted(block: Block, lift: Lift) -> Block:
         "identity": 0,
     }
     return replace(block, **common, **KERNELS[type(block)].lifted(block, lift))
+
+
+def compared(run: Across, block: Block, choice: Any = 1.0) -> list[Any]:
+    """What tells a lifted block from another one of the same structure (see `Kernel.compared`)."""
+    return KERNELS[type(block)].compared(run, block, choice)
+
+
+def loop(block: Block) -> LoopRows | None:
+    """The rows by which Newton's method finds the core of a block that has no formulas; None where there are none."""
+    return KERNELS[type(block)].loop(block)
 
 
 def across(run: Across, block: Block, choice: Any = 1.0) -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from itertools import count
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from movimentum.arrays import BoolArray, FloatArray, IntArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.codegen.elimination import newton_steps, pivot_order
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
+from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
@@ -20,7 +21,7 @@ from movimentum.solver.basis.instants import Instants, distinct
 from movimentum.solver.basis.memory import memoized
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.local import PlaceOn, Probe
-from movimentum.solver.block.newton import freedom_of, newton, newton_across, unrolled
+from movimentum.solver.block.newton import freedom_of, newton, unrolled
 from movimentum.solver.block.problem import BlockProblem, scale_of, track_scale
 from movimentum.solver.block.turns import as_wound, unwound
 from movimentum.solver.continuation.free_motion import drift
@@ -29,11 +30,15 @@ from movimentum.solver.continuation.runaways import pole_ahead
 from movimentum.solver.continuation.trace import trace
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity, field_of
-from movimentum.solver.kinds.across import Across, Lift, LoopEnds, problem_at
-from movimentum.solver.kinds.context import Beginning, Found, Kernel, Resuming
+from movimentum.solver.kinds.across import Across, Lift
+from movimentum.solver.kinds.context import Beginning, Found, Kernel, LoopRows, Resuming
 from movimentum.solver.kinds.free_paths import free_across, lifted_free
-from movimentum.solver.solutions.newton_starts import Starts, newton_starts
-from movimentum.tolerances import FOLD_CLOSED, FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, SMALL_LOOP_CORRECTION
+from movimentum.solver.kinds.loops_across import follow_loop
+from movimentum.solver.solutions.newton_starts import Starts, begun_start, newton_starts
+from movimentum.tolerances import FOLD_CLOSED, FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP
+
+if TYPE_CHECKING:
+    from movimentum.solver.block.rates import Moment
 
 FEW = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
@@ -195,6 +200,17 @@ class NewtonKernel(Kernel[Newton]):
             return found_from(start, block, start.free_start(block, scale))
         return found_from(start, block, rigid_starts(start, block, block, scale))
 
+    def begun(self, start: Beginning, block: Newton) -> Found | None:
+        """Of a block without freedom: others are not looked for."""
+        if isinstance(block, Free):
+            return None
+        problem = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block))
+        starts = begun_start(start.plan, problem, start.carry)
+        if starts is None:
+            return Found([])
+        choices = [choice_of(start, block, x) for x in starts.solutions]
+        return Found(choices, [] if choices else [-np.inf])
+
     def take(self, start: Beginning, block: Newton, choice: Choice) -> None:
         """Set the core, at both instants."""
         core = choice.values if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
@@ -230,6 +246,32 @@ class NewtonKernel(Kernel[Newton]):
             gaps.append(gap)
             track = replace(track, until=gap.begin)
         return track
+
+    def loop(self, block: Newton) -> LoopRows | None:
+        """The residuals of a block without freedom."""
+        if not block.is_square:
+            return None
+        slopes = tuple(tuple(with_respect_to(root, n) for n in block.core) for root in block.residuals)
+        return LoopRows(block.residuals, slopes)
+
+    def compared(self, run: Across, block: Newton, choice: Any) -> list[Any]:
+        """The residuals and their slopes."""
+        assert block.residual is not None
+        assert block.jacobian is not None
+        clocks = run.instants.clocks
+        return [*block.residual(run.state, clocks), *block.jacobian(run.state, clocks)]
+
+    def rates(self, block: Newton, moment: Moment, depth: int) -> FloatArray | None:
+        """The derivatives of the equations; of a free block, those of the law that moves it."""
+        if not isinstance(block, Free):
+            return super().rates(block, moment, depth)
+        from movimentum.solver.free.rates import FreeBlock
+
+        free = FreeBlock(block, moment)
+        free.first()
+        if depth > 1:
+            free.second()
+        return None
 
     def lifted(self, block: Newton, lift: Lift) -> dict[str, Any]:
         """The equations and their slopes; of a free block, its wishes and its anchors' places too."""
@@ -289,74 +331,3 @@ class NewtonKernel(Kernel[Newton]):
         for n, values in zip(block.core, core, strict=True):
             state[n] = values
         return failed
-
-
-# --- irreducible loops of many variants, followed side by side: a predictor from the instants before, Newton's method,
-#     and the rules by which a step counts (`solver.continuation.trace`)
-#
-# All variants take the same steps. One whose step does not count is left to be solved by itself.
-
-
-LARGEST_STEP = 0.25
-"""How far (in units of the unknowns' scale) a step may lead."""
-CORRECTED = 0.1
-"""How much of that Newton's method may correct, where it is more than `SMALL_LOOP_CORRECTION`."""
-FEWEST = 3
-"""Instants of a path from which it may be followed on to its end."""
-WEAKEST = 2e-3
-"""Of its largest value on the way: a determinant below that is near to a singular point."""
-
-
-def follow_loop(run: Across, block: Newton, core: FloatArray) -> LoopEnds:
-    """Set the state of a block that Newton's method solves, from its ``core`` (V, n) at the first instant."""
-    state, instants = run.state, run.instants
-    count, unknowns = core.shape
-    many = len(instants)
-    scale = run.scale(block)
-    path = np.empty((many, count, unknowns))
-    determinants = np.zeros((many, count))
-    end = np.full(count, many)
-    for k in range(many):
-        guess = core if k == 0 else _predicted(path, instants.tau, k)
-        x, converged, determinants[k] = newton_across(problem_at(run, block, k, scale), guess)
-        counts = converged
-        if k:
-            moved = np.max(np.abs(x - path[k - 1]) / scale, axis=1)
-            correction = np.max(np.abs(x - guess) / scale, axis=1)
-            counts &= (moved <= LARGEST_STEP) & (correction <= np.maximum(CORRECTED * moved, SMALL_LOOP_CORRECTION))
-        end = np.where(counts, end, np.minimum(end, k))
-        path[k] = np.where(np.isfinite(x), x, path[k - 1] if k else core)
-    for j, n in enumerate(block.core):
-        state[n] = np.ascontiguousarray(path[:, :, j].T)
-    return _ends(determinants, end)
-
-
-def _ends(determinants: FloatArray, end: IntArray) -> LoopEnds:
-    """What (T, V) determinants tell of paths that were followed as far as ``end`` (V,)."""
-    many = len(determinants)
-    inside = np.arange(many)[:, None] < end
-    strength = np.where(inside, determinants * np.sign(determinants[0]), 0.0)
-    weak = ~(strength > WEAKEST * np.max(strength, axis=0))
-    sure = np.where(weak.any(axis=0), np.argmax(weak, axis=0), many) - 1
-    lost = np.where(end == many, sure + 1 < many, (strength < 0.0).any(axis=0) | (sure < FEWEST))
-    return LoopEnds(end, sure, np.asarray(lost, dtype=np.bool_))
-
-
-def _predicted(path: FloatArray, tau: FloatArray, k: int) -> FloatArray:
-    """(V, n) the values at instant ``k`` by the polynomial through those before, as far as these lie apart."""
-    chosen = [k - 1]
-    for place in range(k - 2, -1, -1):
-        if tau[chosen[-1]] - tau[place] > 0.2 * (tau[k] - tau[k - 1]):
-            chosen.append(place)
-        if len(chosen) == 4:
-            break
-    if tau[k] == tau[k - 1] or len(chosen) < 2:
-        return path[k - 1]
-    total = np.zeros_like(path[k - 1])
-    for i in chosen:
-        weight = 1.0
-        for other in chosen:
-            if other != i:
-                weight *= (tau[k] - tau[other]) / (tau[i] - tau[other])
-        total += weight * path[i]
-    return total

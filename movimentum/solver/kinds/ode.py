@@ -15,12 +15,13 @@ from movimentum.planning.lowering.calculus import rounded, slopes_of
 from movimentum.records import dataclass, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.memory import code_of
-from movimentum.solver.block.closed_form import State
+from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of
 from movimentum.solver.block.newton import newton as newton_steps
 from movimentum.solver.block.problem import BlockProblem, Values, scale_of, track_scale
+from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.free_motion import drift
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.ode import Equation, Flow, Slopes, flow
@@ -259,6 +260,11 @@ class OdeKernel(Kernel[Ode]):
         derivatives = tuple(map(lift.formula, block.derivatives))
         return {"derivatives": derivatives, "integrands": lift.code(derivatives)}
 
+    def compared(self, run: Across, block: Ode, choice: Any) -> list[Any]:
+        """The integrands, and what the states give."""
+        fill_explicit(block, run.state, run.instants.clocks)
+        return [*block.integrands(run.state, run.instants.clocks), *(run.state[n] for n in block.targets)]
+
     def across(self, run: Across, block: Ode, choice: Any) -> None:
         """Integrate all variants in the same steps; a variant whose equation leads nowhere leaves all of them rough."""
         count, states = len(run.size), len(block.states)
@@ -287,6 +293,15 @@ class OdeKernel(Kernel[Ode]):
         values = track.states.guess(tau).reshape(count, states, -1)
         for j, n in enumerate(block.states):
             run.state[n] = values[:, j]
+
+    def rates(self, block: Ode, moment: Moment, depth: int) -> FloatArray | None:
+        """None where freedom is left, which no velocity field says how to follow."""
+        if not block.free:
+            return super().rates(block, moment, depth)
+        from movimentum.solver.free.rates import undefined
+
+        undefined(block, moment, depth)
+        return None
 
     def follow(self, path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
         """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.newton import newton
 from movimentum.solver.block.problem import BlockProblem, track_scale
+from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.grid import Grid, ended
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, Track
 from movimentum.solver.kinds.across import Lift
@@ -20,7 +22,7 @@ from movimentum.solver.kinds.newton import NewtonKernel, choice_of, probe_of
 from movimentum.solver.pushing.contacts import RATE, Contacts, contacts_of
 from movimentum.solver.pushing.course import PushCourse
 from movimentum.solver.pushing.holding import held_at
-from movimentum.solver.pushing.law import Instant, moved
+from movimentum.solver.pushing.law import Instant, held, moved
 from movimentum.solver.pushing.phases import followed
 from movimentum.solver.pushing.tracks import Phase, PushTrack
 from movimentum.tolerances import (
@@ -68,6 +70,17 @@ class PushingKernel(Kernel[Pushing]):
         """Set the core, by Newton's method from the branch's own poses."""
         return NEWTON.resume(on, block, track, state, instants)
 
+    def rates(self, block: Pushing, moment: Moment, depth: int) -> FloatArray | None:
+        """Those that it would have alone."""
+        return NEWTON.rates(block, moment, depth)
+
+    def rates_along(self, path: Path, block: Pushing, track: Track, moment: Moment, depth: int) -> FloatArray | None:
+        """Its velocity, given what pushes it."""
+        if not isinstance(track, PushTrack) or not track.phases:
+            return self.rates(block, moment, depth)
+        extend_pushed(path, path.nodes, block, track, moment)
+        return None
+
     def lifted(self, block: Pushing, lift: Lift) -> dict[str, Any]:
         """Variants are solved one by one: what happens when differs among them."""
         raise NotImplementedError("what pushes")
@@ -109,6 +122,29 @@ def _on_contacts(
     white, _ = contacts.block.metric.among(moving)
     best, error = held_at(contacts, problem, x, phase.held, phase.at, white)
     return best, error <= NEWTON_SOLVED
+
+
+def extend_pushed(path: Path, nodes: FloatArray, block: Pushing, track: NodeTrack, moment: Moment) -> None:
+    """Give the unknowns of ``block``, which know their values, their velocities; at events those after it. Where the
+    path is one instant long, what touches there pushes.
+    """
+    tau = moment.instants.tau
+    core = np.stack([np.broadcast_to((moment.values[n] or (np.nan,))[0], len(tau)) for n in block.core], axis=1)
+    course = PushCourse(block, path.plan, probe_of(path, block), nodes, track_scale(path.plan, block))
+    phases = track.phases if isinstance(track, PushTrack) else ()
+    begins = [phase.begin for phase in phases]
+    found = np.zeros_like(core)
+    for k, time in enumerate(np.clip(tau, nodes[0], nodes[-1]).tolist()):
+        if not phases:
+            touching, _ = course.contacts.touching(course.at(time), core[k : k + 1], course.closed)
+            v = moved(course.instant(time, core[k], touching)).v
+            found[k] = np.nan if v is None else v
+            continue
+        phase = phases[max(bisect_right(begins, time) - 1, 0)]
+        now = course.instant(time, core[k], phase.held, after=time in begins)
+        found[k] = held(now, np.arange(len(phase.held), dtype=np.intp))
+    for j, n in enumerate(block.core):
+        moment.extend(n, found[:, j])
 
 
 # --- the pose that a block begins with: moved as little as possible until it satisfies what pushes

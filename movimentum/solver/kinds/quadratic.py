@@ -82,6 +82,10 @@ class QuadraticKernel(Kernel[Quadratic]):
         """Set the core; returns the margin."""
         return closed_form.set_branch(block, state, clocks, sign)
 
+    def margin(self, block: Quadratic, state: State, clocks: Sequence[FloatArray]) -> FloatArray:
+        """See `closed_form.margin`."""
+        return closed_form.margin(block, state, clocks)
+
     def resume(self, on: Resuming, block: Quadratic, track: Track, state: State, instants: Instants) -> Choice | None:
         """Set the core, on the branch that the path was on; after a pole, on the one nearest to the pose before."""
         assert isinstance(track, SignTrack)

@@ -23,8 +23,6 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, symbols
-from movimentum.planning.blocks.kinds import Free, Pushing
-from movimentum.planning.blocks.velocities import HIGHEST
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.leaves import Bearing, Cord
@@ -35,11 +33,10 @@ from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.rates import Moment
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.free.rates import depths, extend, undefined
-from movimentum.solver.kinds.velocity import extend_pushed
+from movimentum.solver.free.rates import depths, undefined
+from movimentum.solver.kinds.kernels import rates_along
 from movimentum.solver.motion import BATCH, PathMotion
 from movimentum.solver.path.piece import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, Piece, evaluated
-from movimentum.solver.pushing.tracks import PushTrack
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
 from movimentum.tolerances import (
     LEAST_DIVISOR,
@@ -245,18 +242,13 @@ class _Course:
         condition = np.where(bad, np.nan, 1.0)
         for number in self.needed:
             block, track, depth = self.piece.plan.blocks[number], self.piece.tracks[number], self.depths[number]
-            first_only = isinstance(block, Pushing) or (isinstance(block, Free) and block.wishes is not None)
-            if isinstance(block, Free) and block.moving and depth > (1 if first_only else HIGHEST):
+            if block.moving and depth > block.highest_rate:
                 things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
                 raise UndefinedRate(next((t for t in things if t is not None), None))
             if isinstance(track, NodeTrack) and math.isinf(track.tolerance):  # accuracy was given up on the way
                 undefined(block, moment, depth)
                 continue
-            if isinstance(block, Pushing) and isinstance(track, PushTrack) and track.phases:
-                if depth:
-                    extend_pushed(self.piece, self.piece.nodes, block, track, moment)
-                continue
-            found = extend(block, moment, depth)
+            found = rates_along(self.piece, block, track, moment, depth)
             if found is not None:
                 condition = np.minimum(condition, found)
         taylor = Taylor(self.depth, ahead=self.ahead)

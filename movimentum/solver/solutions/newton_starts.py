@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray, first_of, least_squares
-from movimentum.planning.blocks.kinds import Assign, Free, Newton
+from movimentum.planning.blocks.kinds import Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
@@ -213,8 +213,7 @@ def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
 
 
 def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -> Starts:
-    block, scale, one = problem.block, problem.scale, problem.first()
-    assert isinstance(block, Free)
+    block, scale, one = problem.free_block, problem.scale, problem.first()
     origin, metric = carried_values(plan, block, carry), block.metric
     pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
@@ -223,10 +222,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     if not fresh and _stays(plan, one, carry, origin, pull):
         return Starts([origin], True)
 
-    # a wish says where a path begins, and never makes one jump: what has a pose already is only drawn toward it,
-    # as is what has a speed to follow it at
-    here = not any(plan.system.unknowns[n].thing in known for n in block.core)
-    wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
+    wished = immediate_wishes(plan, block, known)
 
     def least_from(begin: FloatArray, longest: float = STEPS[0]) -> LeastPose | None:
         held: list[tuple[Turn, float]] = []
@@ -274,8 +270,7 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
 
 def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Hashable) -> Hashable:
     """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that is unknown."""
-    block, one = problem.block, problem.first()
-    assert isinstance(block, Free)
+    block, one = problem.free_block, problem.first()
     if not block.identity:
         return None
     inputs, things = sorted(one.inputs), sorted(_new_things(plan, block, ()))
@@ -326,7 +321,7 @@ def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int,
     """Unknowns among ``wanted`` that time alone gives: they are written into a block's equations, no inputs."""
     found: dict[int, FloatArray] = {}
     for block in plan.blocks if wanted else ():
-        if isinstance(block, Assign) and block.explicit and not block.inputs and not wanted.isdisjoint(block.unknowns):
+        if block.assigned and block.explicit and not block.inputs and not wanted.isdisjoint(block.unknowns):
             found |= zip(block.targets, map(np.asarray, block.explicit({}, one.clocks)), strict=True)
     return found
 
@@ -364,9 +359,11 @@ def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, 
     )
 
 
-def immediate_wishes(block: Free) -> NDArray[np.intp]:
-    """The errors of the wishes without a speed."""
-    if block.wishes is None:
+def immediate_wishes(plan: Plan, block: Free, known: Container[int | None]) -> NDArray[np.intp]:
+    """The errors of the wishes that say where a block begins. They never make one jump: one of which a thing is
+    ``known`` has a pose already, and is only drawn toward them; so is any block toward those with a speed.
+    """
+    if block.wishes is None or any(plan.system.unknowns[n].thing in known for n in block.core):
         return np.zeros(0, dtype=np.intp)
     chosen = np.ones(block.wishes.count, dtype=np.bool_)
     for first, stop, speed in block.wishes.speeds:

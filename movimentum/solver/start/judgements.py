@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +12,19 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
-from movimentum.solver.block.change_points import solutions_meet
 from movimentum.solver.block.closed_form import State
+from movimentum.solver.kinds.kernels import solutions_meet
 from movimentum.solver.start.costs import squared
 from movimentum.tolerances import INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_AT_START, STRICTLY_BEYOND
+
+
+def satisfied(here: Any, later: Any, tolerance: Any, *, strict: bool, beyond: float = STRICTLY_BEYOND) -> Any:
+    """Whether an inequality holds whose left-hand side, which is to be positive, has these values at two instants:
+    numbers, or arrays for many variants. Where it is just met, what comes next decides; what stays at equality does not
+    satisfy a ``strict`` one.
+    """
+    least = beyond * tolerance if strict else -100.0 * tolerance
+    return (here >= -tolerance) & ~((np.abs(here) <= tolerance) & ~(later >= least))
 
 
 class Judgements:
@@ -70,13 +80,11 @@ class Judgements:
             tolerance = INEQUALITY_MET * self.plan.size
             for i in self.selectors_after[number]:
                 value = np.broadcast_to(self.plan.selectors[i](self.state, self.clocks)[0], 2)
-                # where it is just met, what comes next decides; what stays at equality does not satisfy a strict one
-                meets = abs(value[0]) <= tolerance
                 beyond = STRICTLY_BEYOND
                 if abs(value[0]) <= INEQUALITY_BLURRED * self.plan.size and self._meeting(i):
-                    meets, beyond, value = True, 1.0, np.array([0.0, value[1]])
-                least = beyond * tolerance if self.plan.system.selectors[i].strict else -100.0 * tolerance
-                if not value[0] >= -tolerance or (meets and not value[1] >= least):
+                    beyond, value = 1.0, np.array([0.0, value[1]])
+                strict = self.plan.system.selectors[i].strict
+                if not satisfied(value[0], value[1], tolerance, strict=strict, beyond=beyond):
                     self.decisive.add(i)
                     return Rejection(float(value[0]), selector=i)
         return None
@@ -98,11 +106,20 @@ class Judgements:
 
     def wished(self, number: int) -> float:
         """How far (squared, in units of the scene's size) the wishes that block ``number`` completes are from met."""
+
+        def error(place: int) -> float:
+            return first_of(self.plan.wishes[place](self.state, self.clocks)[0])
+
+        return self.missed(number, error, self.plan.size) if number in self.wishes_after else 0.0
+
+    def missed(self, number: int, error: Callable[[int], Any], size: Any) -> Any:
+        """The same for wishes whose errors (by number) are ``error``, in a scene of ``size``: numbers, or arrays for
+        many variants.
+        """
         total = 0.0
         for i in self.wishes_after.get(number, ()):
             for place in self.errors_of.get(i, ()):
-                value = self.plan.wishes[place](self.state, self.clocks)[0]
-                total += squared(first_of(value) / self.plan.size)
+                total = total + squared(error(place) / size)
         return total
 
     def _check_value(self, i: int) -> float:

@@ -9,13 +9,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.cancellation import look
-from movimentum.planning.blocks.kinds import (
-    Block,
-    Free,
-    Newton,
-    Ode,
-    simultaneous,
-)
+from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
@@ -23,7 +17,6 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Carry
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.outline_ends import is_past_end
-from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.runaways import FAR
 from movimentum.solver.continuation.tracks import Choice
 from movimentum.solver.kinds import kernels
@@ -173,8 +166,8 @@ class BlockOptions:
         inputs = tuple(float(v) for n in sorted(block.inputs) if state[n] is not None for v in np.ravel(state[n]))
         found = self._free.get(block.number)
         if found is None or found[0] != inputs:
-            rows = simultaneous(block)
-            assert isinstance(rows, Free)
+            rows = block.free_rows
+            assert rows is not None
             found = self._free[block.number] = (
                 inputs,
                 free_start(self.plan, BlockProblem.of(rows, state, k, scale), self.carry),
@@ -187,10 +180,9 @@ class BlockOptions:
 
         found = self._every.get(block.number)
         if found is None:
-            rows = simultaneous(block)
+            rows = block.simultaneous
             assert rows is not None
-            coupled = isinstance(block, Ode)
-            found = self._every[block.number] = all_of(self.plan, rows, scale, coupled=coupled)
+            found = self._every[block.number] = all_of(self.plan, rows, scale, coupled=bool(block.integrals))
         return found
 
     def _option(self, block: Block, choice: Choice) -> BlockSolution | None:
@@ -233,21 +225,12 @@ class BlockOptions:
         system = self.plan.system
         if any(system.unknowns[n].thing in self.carry.now.known for n in block.unknowns):
             return None
-        if isinstance(block, Newton) and not block.free:
-            from movimentum.solver.block.problem import BlockProblem
-            from movimentum.solver.kinds.newton import choice_of
-            from movimentum.solver.solutions.newton_starts import begun_start
-
-            state, k = self.state, self.instants.clocks
-            start = begun_start(self.plan, BlockProblem.of(block, state, k, track_scale(self.plan, block)), self.carry)
-            if start is None:
-                return None
-            if start.solutions == []:
-                rejections.append(Rejection(-math.inf, block=block.number))
-                return None
-            found = [self._option(block, choice_of(self, block, start.solutions[0]))]
-        else:
+        begun = kernels.begun(self, block)
+        if begun is None:
             found = self.candidates(block, [])
+        else:
+            rejections += [Rejection(amount, block=block.number) for amount in begun.lacking]
+            found = [self._option(block, choice) for choice in begun.choices]
         for option in found:
             if option is not None:
                 self.put(block, option)

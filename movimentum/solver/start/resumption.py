@@ -233,9 +233,10 @@ class Branch:
             hopeful = np.ones(len(some), dtype=np.bool_)
             for number, core in self._cores.items():
                 block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
-                if not (isinstance(track, NodeTrack) and isinstance(block, Newton) and track.until < some[-1]):
+                rows = block.simultaneous
+                if not (isinstance(track, NodeTrack) and rows is not None and track.until < some[-1]):
                     continue
-                if (found := led(self.piece, block, track, core, some)) is not None:
+                if (found := led(self.piece, rows, track, core, some)) is not None:
                     hopeful &= found[1] | (some <= track.until)
                     self._led.update(((number, time), x) for time, x in zip(some.tolist(), found[0], strict=True))
             yield from zip(some.tolist(), hopeful.tolist(), strict=True)
@@ -250,11 +251,10 @@ class Branch:
         found: float | None = None
         for number, core in self._cores.items():
             block, track = piece.plan.blocks[number], piece.tracks[number]
-            if isinstance(track, NodeTrack) and isinstance(block, Newton) and tau > track.until:
+            rows = block.simultaneous
+            if isinstance(track, NodeTrack) and rows is not None and tau > track.until:
                 length = float(piece.nodes[-1] - piece.nodes[0]) or 1.0
-                local = Local(
-                    block, probe_of(piece, block), RATE_DIFFERENCE_AT_FOLD * length, tau - length, tau + length
-                )
+                local = Local(rows, probe_of(piece, rows), RATE_DIFFERENCE_AT_FOLD * length, tau - length, tau + length)
                 fold = fold_near(local, tau, core, track_scale(piece.plan, block), length)
                 found = found if fold is None else max(found or fold, fold)
         return tau if found is None else found

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import symbol_numbers
-from movimentum.solver.block.change_points import find_events, solutions_meet
+from movimentum.solver.basis.bisection import bisected
+from movimentum.solver.block.change_points import find_events
+from movimentum.solver.kinds.kernels import solutions_meet
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import DISCRIMINANT_ZERO, INEQUALITY_BLURRED, INEQUALITY_MET, LEAST_DIVISOR, REDUNDANT_LATER
 
@@ -82,15 +84,7 @@ def _crossing(slack: Callable[[FloatArray], FloatArray], good: float, bad: float
     def holds(tau: float) -> bool:
         return bool(slack(np.array([tau]))[0] > INEQUALITY_MET)
 
-    end = bad
-    if not holds(good):
-        return end
-    for _ in range(60):
-        middle = 0.5 * (good + bad)
-        if not good < middle < bad:
-            break
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return good
+    return bisected(holds, good, bad)[0] if holds(good) else bad
 
 
 def first_disagreement(piece: Piece, horizon: float) -> tuple[int, float] | None:
@@ -115,11 +109,7 @@ def first_disagreement(piece: Piece, horizon: float) -> tuple[int, float] | None
             if len(places) == 0:
                 continue
             good, wrong = float(nodes[max(places[0] - 1, 0)]), float(nodes[places[0]])
-            for _ in range(60):
-                middle = 0.5 * (good + wrong)
-                if not good < middle < wrong:
-                    break
-                good, wrong = (good, middle) if off(number, np.array([middle]))[0] else (middle, wrong)
+            _, wrong = bisected(lambda tau, number=number: not off(number, np.array([tau]))[0], good, wrong)
             if best is None or wrong < best[1]:
                 best = equation, wrong
     return best

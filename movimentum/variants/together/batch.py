@@ -12,7 +12,6 @@ import numpy as np
 from movimentum.analysis.diagnose.meshing import PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
@@ -297,7 +296,7 @@ def _at_end(segment: SegmentPattern, state: State, choices: dict[int, FloatArray
     """The choices with which the same constraints go on."""
     found = dict(choices)
     for item in segment.blocks:
-        if isinstance(item.block, Newton):
+        if item.iterated is not None:
             last = [column(state[n], -1) for n in item.block.core]
             found[item.block.number] = np.concatenate(np.broadcast_arrays(*last), axis=1)
     return found

@@ -30,7 +30,7 @@ from movimentum.solver.kinds.free_start import FreeStart, TurnAcross
 from movimentum.solver.kinds.kernels import across
 from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, followed
 from movimentum.solver.solutions.newton_starts import immediate_wishes, scattered_starts, seeds_of
-from movimentum.solver.start.judgements import Judgements
+from movimentum.solver.start.judgements import Judgements, satisfied
 from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import (
     BlockFormulas,
@@ -195,12 +195,12 @@ class VariantBeginning:
 
     def solve(self, number: int, choice: FloatArray | None) -> Any:
         """Set the state, at both instants; the margin of a quadratic block."""
-        block = self.pattern.blocks[number].block
-        if isinstance(block, Newton):
+        item = self.pattern.blocks[number]
+        if item.iterated is not None:
             assert choice is not None
-            self._ahead(block, choice)
+            self._ahead(item.iterated, choice)
             return None
-        across(self.run, block, 1.0 if choice is None else choice)
+        across(self.run, item.block, 1.0 if choice is None else choice)
         return self.run.margins.get(number)
 
     def _ahead(self, block: Newton, core: FloatArray) -> None:
@@ -217,13 +217,13 @@ class VariantBeginning:
         """The choices of a block, each with the variants (V,) that have it."""
         item = self.pattern.blocks[number]
         every = np.ones(self.count, dtype=np.bool_)
-        block = item.block
-        if not isinstance(block, Newton):
-            signs = (1.0, -1.0) if block.branches and not block.iterative else (1.0,)
+        block = item.iterated
+        if block is None:
+            signs = (1.0, -1.0) if item.block.two_valued else (1.0,)
             return [(np.full((self.count, 1), sign), every) for sign in signs]
         scale, system = self.run.scale(block), self.pattern.plan.system
-        if isinstance(block, Free):
-            return [self._free(block, scale)]
+        if block.free_rows is not None:
+            return [self._free(block.free_rows, scale)]
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
             before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
@@ -264,8 +264,7 @@ class VariantBeginning:
                 for part in (payload, PoseSin(payload.thing))
             )
             turns.append(TurnAcross(place[n], place[other], c, s))
-        here = not any(system.unknowns[n].thing in known for n in block.core)
-        wished = immediate_wishes(block) if here else np.zeros(0, dtype=np.intp)
+        wished = immediate_wishes(self.pattern.plan, block, known)
         metric = places_of(self.run, block)[1]
         start = FreeStart(
             problem, metric, self.size, turns, wished, np.stack([column_of(n) for n in block.core], axis=1)
@@ -346,13 +345,11 @@ class VariantBeginning:
 
     def wished(self, number: int) -> FloatArray:
         """(V,) see `Judgements.wished`."""
-        total = np.zeros(self.count)
-        awaited = self.judgements.wishes_after.get(number, ())
-        if awaited:
-            values = self.pattern.wishes(filled(self.state), self.instants.clocks)
-            for place in (place for i in awaited for place in self.judgements.errors_of.get(i, ())):
-                total += np.square(np.broadcast_to(values[place], (self.count, 2))[:, 0] / self.size)
-        return total
+        if not self.judgements.wishes_await(number):
+            return np.zeros(self.count)
+        values = self.pattern.wishes(filled(self.state), self.instants.clocks)
+        first = [np.broadcast_to(value, (self.count, 2))[:, 0] for value in values]
+        return np.asarray(self.judgements.missed(number, first.__getitem__, self.size), dtype=np.float64)
 
     def allowed(self, number: int) -> BoolArray:
         """(V,) whether the inequalities hold that can be judged after a block; redundant equations that do not leave
@@ -371,10 +368,6 @@ class VariantBeginning:
             values = pattern.selectors(filled(self.state), clocks)
             tolerance = tolerances.INEQUALITY_MET * self.size
             for i in judgements.selectors_after[number]:
-                value = np.broadcast_to(values[i], (self.count, 2))
-                here, later = value[:, 0], value[:, 1]
-                meets = np.abs(here) <= tolerance
-                strict = pattern.plan.system.selectors[i].strict
-                least = tolerances.STRICTLY_BEYOND * tolerance if strict else -100.0 * tolerance
-                allowed &= (here >= -tolerance) & ~(meets & ~(later >= least))
+                here, later = np.broadcast_to(values[i], (self.count, 2)).T
+                allowed &= satisfied(here, later, tolerance, strict=pattern.plan.system.selectors[i].strict)
         return allowed

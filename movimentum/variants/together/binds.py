@@ -14,7 +14,6 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Newton
-from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import fill_explicit
 from movimentum.solver.kinds.across import Across
@@ -36,7 +35,7 @@ from movimentum.tolerances import (
     TIME_DIFFERENCE,
     TURNED_BACK,
 )
-from movimentum.variants.together.pattern import Members, SegmentPattern
+from movimentum.variants.together.pattern import Members
 
 ROUNDS = 24
 LAST = 4
@@ -63,16 +62,6 @@ def bind_times(members: Members, tau: FloatArray, end: IntArray) -> tuple[FloatA
 
     good = _last(holds, tau[np.maximum(end - 1, 0)], tau[end])
     return good, _nothing_else(members, tau[np.maximum(end - LAST - 1, 0)], good)
-
-
-def directed(pattern: SegmentPattern) -> list[tuple[int, int, int]]:
-    """(thing, unknown of its cosine, of its sine) for every thing that has both."""
-    known = pattern.plan.system.number_of
-    return [
-        (payload.thing, n, known[PoseSin(payload.thing)])
-        for payload, n in known.items()
-        if isinstance(payload, PoseCos) and PoseSin(payload.thing) in known
-    ]
 
 
 def violation_times(
@@ -125,8 +114,8 @@ def _nothing_else(members: Members, first: FloatArray, last: FloatArray) -> Bool
         meeting += meets
         clear &= meets | _stays(margin, np.full(len(first), CLEAR_MARGIN))
     clear &= meeting == 1
-    for _, c, s in directed(members.pattern):
-        for n in (c, s):
+    for pair in members.pattern.plan.directions:
+        for n in pair:
             value = run.state[n]
             if np.ndim(value) and np.shape(value)[-1] > 1:
                 clear &= (np.abs(np.diff(np.asarray(value), axis=-1)) <= FARTHEST_TURN).all(axis=1)

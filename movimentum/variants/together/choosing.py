@@ -13,7 +13,6 @@ import numpy as np
 
 from movimentum import tolerances
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle
@@ -71,18 +70,9 @@ def began_with(beginning: VariantBeginning) -> Began:
 
 def _is_split(beginning: VariantBeginning, touched: Sequence[bool]) -> bool:
     """Whether of some direction two blocks find one half each: then the search compares in a way of its own."""
-    known = beginning.pattern.plan.system.number_of
-    for payload, n in known.items():
-        other = known.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
-        if other is None or n not in beginning.owner or other not in beginning.owner:
-            continue
-        if (
-            beginning.owner[n] != beginning.owner[other]
-            and touched[beginning.owner[n]]
-            and touched[beginning.owner[other]]
-        ):
-            return True
-    return False
+    owner = beginning.owner
+    pairs = ((owner.get(c), owner.get(s)) for c, s in beginning.pattern.plan.directions)
+    return any(a is not None and b is not None and a != b and touched[a] and touched[b] for a, b in pairs)
 
 
 @dataclass(slots=True, eq=False)
@@ -118,8 +108,8 @@ class _Part:
         found = np.isfinite(self.costs[:, 0])
         choices = dict(zip(self.branching, self.chosen, strict=False))
         for number in self.branching[len(choices) :]:
-            block = self.beginning.pattern.blocks[number].block
-            choices[number] = np.ones((count, len(block.core) if isinstance(block, Newton) else 1))
+            rows = self.beginning.pattern.blocks[number].iterated
+            choices[number] = np.ones((count, 1 if rows is None else len(rows.core)))
         close = _close(self.costs, self.second)
         if self.split:
             close |= np.isfinite(self.second[:, 0])

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray, finite_throughout, within_half
-from movimentum.planning.blocks.kinds import Linear, Newton
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block import closed_form
@@ -24,7 +23,7 @@ from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
-from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, directed, violation_times
+from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, violation_times
 from movimentum.variants.together.pattern import Members, SegmentPattern, instants_of
 
 INTERVALS = 96
@@ -214,8 +213,8 @@ def _too_fast(
     count = len(inside)
     fast = np.zeros(count, dtype=np.bool_)
     free = {n for number in pattern.drifting for n in pattern.blocks[number].block.unknowns}
-    for _, c, s in directed(pattern):
-        for n in (c, s):
+    for pair in pattern.plan.directions:
+        for n in pair:
             if n not in free:
                 fast |= _steps_beyond(state[n], FARTHEST_TURN, before)
     for item in pattern.blocks:
@@ -261,8 +260,8 @@ def _near_infinity(
     near = np.zeros(shape[0], dtype=np.bool_)
     for item in pattern.blocks:
         divisors = [] if item.divisors is None else [*item.divisors(state, instants.clocks)]
-        if isinstance(item.block, Linear):
-            divisors.append(closed_form.determinant(item.block, state, instants.clocks))
+        determinant = closed_form.determinant(item.block, state, instants.clocks)
+        divisors += [] if determinant is None else [determinant]
         for divisor in divisors:
             if np.ndim(divisor) and np.shape(divisor)[-1] > 1:
                 values = np.broadcast_to(divisor, shape)
@@ -308,8 +307,8 @@ def _fold_times(
     """The offset at which the one loop of each of the variants ``bound`` binds; nan where it is not certain."""
     ((number, ends),) = loops.items()
     pattern = members.pattern
-    block = pattern.blocks[number].block
-    assert isinstance(block, Newton)
+    block = pattern.blocks[number].iterated
+    assert block is not None
     places = ends.sure[bound]
     path = np.stack([state[n][bound] for n in block.core], axis=2)
     several = np.arange(len(places))

@@ -16,7 +16,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.kinds import Block, Free, Integral, Newton, Ode
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Form
@@ -84,7 +84,12 @@ class BlockFormulas:
     @property
     def goes_on(self) -> bool:
         """Whether its values depend on what was before."""
-        return self.block.continued or isinstance(self.block, Ode)
+        return self.block.continued or bool(self.block.integrals)
+
+    @property
+    def iterated(self) -> Newton | None:
+        """Its equations, where a core (V, n) is its choice: those of a loop, or of a free motion."""
+        return None if self.block.integrals else self.block.simultaneous
 
 
 @dataclass(eq=False)
@@ -113,22 +118,22 @@ class SegmentPattern:
     @property
     def loops(self) -> bool:
         """Whether Newton's method solves any of its blocks."""
-        return any(isinstance(item.block, Newton) and not item.block.free for item in self.blocks)
+        return any(item.rows is not None for item in self.blocks)
 
     @cached_property
     def drifting(self) -> tuple[int, ...]:
         """The blocks that move freely."""
-        return tuple(item.block.number for item in self.blocks if isinstance(item.block, Free) and item.block.moving)
+        return tuple(item.block.number for item in self.blocks if item.block.free and item.block.moving)
 
     @property
     def integrates(self) -> bool:
         """Whether something is integrated."""
-        return any(isinstance(item.block, Integral | Ode) for item in self.blocks)
+        return any(item.block.integrals for item in self.blocks)
 
     @property
     def quadrature(self) -> bool:
         """Whether integrands are looked at between instants."""
-        return any(isinstance(item.block, Integral) for item in self.blocks)
+        return any(item.block.integrals and item.block.continued for item in self.blocks)
 
     def idle(self, read: Container[Any]) -> frozenset[int]:
         """The blocks of continuous angles that nothing reads, where the payloads ``read`` are."""

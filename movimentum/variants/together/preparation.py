@@ -15,7 +15,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr, const, substitute
-from movimentum.planning.blocks.kinds import Assign, Block, Free, Integral, Linear, Newton, Ode, Quadratic
+from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.unknowns import Accumulated, Unknown
@@ -27,10 +27,10 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.basis.upstream import finders
-from movimentum.solver.block.closed_form import State, fill_explicit
+from movimentum.solver.block.closed_form import State
 from movimentum.solver.judge import Judge
 from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.kernels import across, lifted
+from movimentum.solver.kinds.kernels import compared, lifted
 from movimentum.solver.start.mobile_groups import mobile_groups
 from movimentum.things.kinds.toothed import Toothed
 from movimentum.timeline.model import Segment, Timeline
@@ -107,9 +107,9 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
 
 def _check_free(plan: Plan) -> None:
     """Raise `NotTogether` where a free motion depends on what has no closed form."""
-    free = (block for block in plan.blocks if isinstance(block, Free))
+    free = [block for block in plan.blocks if block.free and not block.integrals]
     above = (plan.blocks[number] for block in free for number in finders(plan, block.inputs))
-    if not all(isinstance(block, Assign | Linear | Quadratic | Free) for block in above):
+    if not all(block.closed_form or block in free for block in above):
         raise NotTogether("free motions that follow what is not in closed form")
 
 
@@ -129,7 +129,7 @@ def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
 
 def _known_kind(block: Block) -> bool:
     """Whether blocks of that kind are solved for many variants at once."""
-    return not isinstance(block, Newton) or 0 < len(block.core) <= MOST_UNKNOWNS
+    return not block.iterative or bool(block.integrals) or 0 < len(block.core) <= MOST_UNKNOWNS
 
 
 def _segment_pattern(
@@ -154,13 +154,12 @@ def _segment_pattern(
             made = lifted(block, lift)
         except NotImplementedError as error:
             raise NotTogether("blocks without a closed form") from error
+        rows = None if block.free or block.integrals else block.simultaneous
         return BlockFormulas(
             made,
-            apart=formulas([block.apart]) if isinstance(block, Quadratic) and block.apart is not None else None,
+            apart=formulas([block.apart]) if block.apart is not None else None,
             divisors=formulas(block.divisors) if block.divisors else None,
-            rows=_polynomial_rows(block, formulas, unfolding.varies)
-            if isinstance(block, Newton) and not isinstance(block, Free)
-            else None,
+            rows=_polynomial_rows(rows, formulas, unfolding.varies) if rows is not None else None,
         )
 
     blocks = tuple(map(lift_block, plan.blocks))
@@ -251,13 +250,9 @@ def _loses_roots(pattern: Pattern) -> bool:
     """Whether the variant that the pattern is made of has no solution where nothing moves: the root of a negative
     number is folded into 0 there, and it is forgotten that it depends on the constants.
     """
-    margins = (
-        item.block.margin.value
-        for segment in pattern.segments
-        for item in segment.blocks
-        if isinstance(item.block, Quadratic)
-    )
-    return any(margin is not None and not margin > 0.0 for margin in margins)
+    margins = (item.block.discriminant for segment in pattern.segments for item in segment.blocks)
+    values = (margin.value for margin in margins if margin is not None)
+    return any(value is not None and not value > 0.0 for value in values)
 
 
 def make_pattern_of(timeline: Timeline) -> Pattern:
@@ -339,17 +334,8 @@ def _solution(
     segment: SegmentPattern, block: Block, state: State, clocks: Sequence[FloatArray], sign: float = 1.0
 ) -> list[Any]:
     """What a block makes of ``state``; of a loop, its residuals and their slopes."""
-    if isinstance(block, Newton):
-        assert block.residual is not None
-        assert block.jacobian is not None
-        return [*block.residual(state, clocks), *block.jacobian(state, clocks)]
-    if isinstance(block, Integral | Ode):
-        integrands = block.integrand if isinstance(block, Integral) else block.integrands
-        fill_explicit(block, state, clocks)
-        return [*integrands(state, clocks), *(state[n] for n in block.targets)]
     run = Across(segment.plan, list(state), Instants(np.zeros((1, 1)), tuple(clocks)), np.ones(1))
-    across(run, block, sign)
-    return [*run.margins.values(), *(run.state[n] for n in block.unknowns)]
+    return compared(run, block, sign)
 
 
 def _same(mine: Any, other: Any, what: str) -> None:
