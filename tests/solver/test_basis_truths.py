@@ -27,7 +27,7 @@ from movimentum.solver.basis.known_so_far import KnownSoFar
 from movimentum.solver.basis.pose_state import Carry, Snapshot, as_drawn
 from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.glimpse import glimpse, renumbered, shown_at
-from movimentum.solver.kept import claims_with_kept, first_value, has_value, with_kept
+from movimentum.solver.kept import KeptValues, claims_with_kept, first_value, has_value, with_kept
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import plans_of_this_process
 from movimentum.solver.segment_motion import SegmentMotion, Unsolved
@@ -184,6 +184,8 @@ def test_a_place_of_contact_that_is_not_known_is_the_nearest(angle):
     places = [u for u in plan.system.unknowns if isinstance(u.payload, ContactPlace)]
     assert places
     for each in places:
+        told = replace(carry.now, others={each.payload: 1.25})
+        assert told.value(plan.system, each.number) == 1.25
         value = carry.now.value(plan.system, each.number)
         assert value is not None
         outline = each.payload.touch.outline
@@ -237,7 +239,7 @@ def test_what_is_known_so_far_replaces_what_was():
 @pytest.mark.parametrize("seed", range(5))
 def test_finders_are_all_ancestors(seed):
     rng = np.random.default_rng(seed)
-    count = 14
+    count = 60
     reads = [{int(n) for n in rng.choice(i, size=min(i, 2), replace=False)} if i else set() for i in range(count)]
     blocks = [
         SimpleNamespace(inputs={2 * n for n in some}, unknowns=(2 * i, 2 * i + 1)) for i, some in enumerate(reads)
@@ -246,7 +248,7 @@ def test_finders_are_all_ancestors(seed):
     graph = nx.DiGraph()
     graph.add_nodes_from(range(count))
     graph.add_edges_from((n, i) for i, some in enumerate(reads) for n in some)
-    for some in ([5], [3, 9], [13], []):
+    for some in ([5], [33, 9], [59, 1], []):
         exact = set(some).union(*(nx.ancestors(graph, n) for n in some))
         assert finders(plan, [2 * n + 1 for n in some] + [999]) == tuple(sorted(exact))
 
@@ -441,6 +443,29 @@ def test_kept_values_are_numbers_where_they_are_read():
     assert not any(isinstance(p, Kept) for p in symbols(*claim.claim.left, *claim.claim.right))
 
 
+def test_kept_values_come_one_after_the_other():
+    timeline = arrange(scene_of(KEPT))
+    (first,) = timeline.kept
+    second = Kept(add(symbol(first), symbol(VariableComponent("x", None))), Fraction(5))
+    values = KeptValues(replace(timeline, kept=(first, second)))
+    assert [values.awaited(Fraction(t)) for t in (0, 1, 9)] == [False, True, True]
+    values.note(Snapshot((BodyPose(),), {VariableComponent("x", None): 4.0}), Fraction(1))
+    assert values.values == {first: 4.0}
+    assert [values.awaited(Fraction(t)) for t in (1, 5)] == [False, True]
+    values.note(Snapshot((BodyPose(),), {VariableComponent("x", None): 0.5}), Fraction(5))
+    assert values.values == {first: 4.0, second: 4.5}
+    assert not values.awaited(Fraction(9))
+
+
+def test_the_first_value_is_that_of_the_first_path():
+    """x = 2 until the inequality makes it go over to -2."""
+    motion = motion_of(ORBIT.format(more="x*x = 4; x < 3 - .t; x ~ 2;"))
+    assert len(motion.segments[0].pieces) > 1
+    assert first_value(motion.segments, "x", False) == pytest.approx((2.0,))
+    poses = motion.poses_at([Fraction(0), Fraction(19, 20), Fraction(21, 20), Fraction(2)])
+    assert poses.variables["x"].tolist() == pytest.approx([2, 2, -2, -2])
+
+
 # --- what an edit touches
 
 
@@ -493,6 +518,10 @@ def test_edits_of_the_drawing_and_of_what_is_gone_touch_too():
     assert names(text.replace("a2 = 1;", "")) == {"B2"}
     assert names(text.replace("B2 :", "C2 :").replace("B2.", "C2.")) is None
     assert names(text.replace("\n@1\n", "\n@9\n").replace("@0", "@3")) is None
+    pushing = text.replace("a2 = 1;", "a2 = 1; B1.Q.x < 90 .pushes;")
+    assert names(pushing) is None  # it may push anything
+    scene = scene_of(pushing)
+    assert connected(scene, arrange(scene).segments, [0]) is None
 
 
 # --- a pose at once
@@ -521,6 +550,39 @@ def test_a_glimpse_of_an_edited_script_is_its_pose(time):
     poses = glimpse(other_side, time, near, plans_of_this_process(other_side.scene))
     assert poses is not None
     assert poses.variables["x"][0] < 0.0
+
+
+def test_a_glimpse_solves_only_what_an_edit_touches():
+    text = SLIDER.format(a=40, more="").replace(
+        "@0", "Other : .bar U = [0, 0] V = U + [9, 0]; @0 Other.U = [u, 7]; u = 5;"
+    )
+    shown = motion_of(text)
+    after = arrange(scene_of(text.replace("40*.t", "60*.t")))
+    near = renumbered(shown_at(shown, Fraction(1)), shown.timeline.scene, after.scene)
+    poses = glimpse(after, Fraction(1), near, plans_of_this_process(after.scene), shown)
+    assert poses is not None
+    assert not any(rows.any() for rows in poses.missing.values())  # `u` is stated, although it is not solved again
+    assert poses.variables["u"].tolist() == [5.0]
+    assert poses.origin[2].tolist() == [[5.0, 7.0]]
+    assert poses.angle[0].tolist() == pytest.approx([60.0])
+
+
+def test_a_glimpse_uses_the_values_that_are_kept():
+    timeline = arrange(scene_of(KEPT))
+    motion = motion_of(KEPT)
+    near, known = shown_at(motion, Fraction(2)), plans_of_this_process(timeline.scene)
+    for shown, kept in ((motion, None), (None, {timeline.kept[0]: 4.0})):
+        poses = glimpse(timeline, Fraction(2), near, known, shown, kept)
+        assert poses is not None
+        assert poses.variables["y"].tolist() == pytest.approx([6.0])
+    assert glimpse(timeline, Fraction(2), near, known) is None  # that has to be awaited
+
+
+def test_where_nothing_is_solved_the_last_pose_is_on_show():
+    motion = motion_of(SLIDER.format(a=40, more="x = 500;"))
+    assert isinstance(motion.segments[0].pieces[0], Unsolved)
+    carry = shown_at(motion, Fraction(1))
+    assert carry.now.things == motion.segments[0].base.now.things
 
 
 def test_a_pose_on_show_is_at_rest_and_clipped_to_the_film():

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from movimentum.expressions import add, call, clock, const, evaluate_op, mul, symbol, walk
 from movimentum.planning.blocks.kinds import Assign, Linear, Quadratic
 from movimentum.planning.blocks.velocities import BlockRows
+from movimentum.records import replace
 from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import as_drawn
@@ -68,6 +69,12 @@ def test_linear_blocks_are_solved_as_cramer_says(count):
             if determinant:
                 exact = Fraction(exact_determinant(replaced), determinant)
                 assert np.broadcast_to(found[j], 7)[f] == pytest.approx(float(exact), rel=1e-11, abs=1e-12)
+
+
+def test_a_linear_block_that_is_the_same_at_all_instants():
+    block = linear_block(2, [np.float64(v) for v in (1, 2, 3, 4, 5, 6)])
+    assert [float(v) for v in closed_form.linear(block, [None, None], ())] == pytest.approx([-4.0, 4.5])
+    assert float(closed_form.determinant(block, [None, None], ())) == pytest.approx(-2.0)
 
 
 def test_a_singular_matrix_spoils_no_other_instant():
@@ -272,6 +279,16 @@ def test_an_angle_alone_is_turned_back_to_near_zero(turns):
     assert [other.tolist() for other in rest] == ([given.tolist()] if turns else [])
     tied = newton_block([less(angle, float(given[0]))], (number,))
     assert [x.tolist() for x in unwound(plan, problem_at(tied, scale=57.3), [given], carry)] == [given.tolist()]
+
+
+def test_a_new_angle_is_nearest_to_nothing_a_known_one_to_what_it_was():
+    plan = plan_of(ANGLES.format(b=30))
+    carry, n = as_drawn(plan.system.scene), unknown(plan, "A.angle")
+    block = newton_block([call("sind", less(symbol(n), 180.4)), less(call("cosd", less(symbol(n), 180.4)), 1.0)], (n,))
+    assert unwound(plan, problem_at(block, scale=57.3), [np.array([180.4])], carry)[0] == pytest.approx([-179.6])
+    turned = (replace(carry.now.things[0], angle=700.0), carry.now.things[1])
+    known = replace(carry, now=replace(carry.now, things=turned, known=frozenset({0})))
+    assert unwound(plan, problem_at(block, scale=57.3), [np.array([180.4])], known)[0] == pytest.approx([540.4])
 
 
 @pytest.mark.parametrize(("ratio", "turns"), [(1, (2, 2)), (2, (2, 4)), (1, (2, 3)), (3, (-1, -3))])
