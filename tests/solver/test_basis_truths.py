@@ -406,6 +406,27 @@ def test_what_is_not_finite_is_no_solution():
     assert poses.direction[1].tolist() == [[1.0, 0.0]] * 3
 
 
+def test_what_is_let_go_rests_as_it_was():
+    motion = motion_of(""".config(10); Arm : .bar P = [0, 0] Q = P + [10, 0]; Dot : .bar U = [0, 0] V = U + [1, 0];
+    @0 Arm.P = [4, 5]; Arm.angle = 30*.t; Dot.U = [1, 1]; @1 Arm.P = _; Arm.angle = _; @2""")
+    poses = motion.poses_at([Fraction(1, 2), Fraction(3, 2), Fraction(2)])
+    assert poses.angle[0].tolist() == pytest.approx([15, 30, 30])
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    np.testing.assert_allclose(poses.direction[0, 1:], [[c, s]] * 2)
+    np.testing.assert_allclose(poses.origin[0], [[4, 5]] * 3)
+
+
+def test_frames_are_judged_by_what_is_stated_where_that_is_doubted():
+    motion, other = motion_of(ORBIT.format(more="")), motion_of(ORBIT.format(more="").replace("50]", "50 + .t]"))
+    assert replace(motion, doubted=True).poses(0, 21).solved.all()
+    (piece,) = motion.segments[0].pieces
+    system = replace(piece.plan.system, equations=other.segments[0].plan.system.equations)  # it is not at y = 50 + t
+    mixed = replace(motion.segments[0], pieces=[replace(piece, plan=replace(piece.plan, system=system))])
+    mixed = replace(motion, segments=(mixed, *motion.segments[1:]), doubted=True)
+    assert mixed.poses(0, 20).solved.tolist() == [True] + [False] * 19
+    assert replace(mixed, doubted=False).poses(0, 20).solved.all()
+
+
 @pytest.mark.parametrize(("value", "seen"), [("0.49", False), ("0.5", True), ("1", True), ("0", False)])
 def test_a_thing_is_seen_from_a_half_on(value, seen):
     motion = motion_of(ORBIT.format(more=f"Rest.visible = {value};"))

@@ -304,6 +304,21 @@ def test_rounds_are_counted_along_the_motion(speed, more):
         np.testing.assert_allclose(poses.variables["k"] - poses.variables["k"][0], speed / 360 * poses.times, atol=1e-9)
 
 
+@pytest.mark.parametrize("speed", [0.4, -1.3])
+def test_shares_of_an_outline_with_corners_are_counted(speed):
+    """Round a square, a quarter of its length for each side."""
+    text = f""".config(20); Box : .polygon O = [0, 0] A = [40, 0] B = [40, 40] C = [0, 40];
+    Pin : .bar P = [0, 0] Q = P + [5, 0];
+    @0 Box.O = [0, 0]; Box.angle = 0; .on(Pin.P, Box) = 0; .where(Pin.P, Box) = {speed}*.t; Pin.angle = 0; @2"""
+    motion = motion_of(text)
+    (node,) = {n for c in scene_of(text).constraints() for side in (*c.left, *c.right) for n in walk(side) if counts(n)}
+    once = reader(motion.timeline.scene, [seen(node)])
+    poses = motion.poses(0, motion.timeline.frame_count)
+    node = Expr(node.op, node.args, node.payload.shared().counted(0.0).shared())
+    found = counted(motion, node, lambda some: once(some)[0]).values(motion, poses)
+    np.testing.assert_allclose(found, speed * poses.times, atol=1e-9)
+
+
 def test_only_what_goes_round_is_counted():
     scene = plan_of(WHEEL.format(speed=90, more="")).system.scene
     plain = symbol(AnchorCoordinate(0, 0, 0))

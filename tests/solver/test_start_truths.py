@@ -43,7 +43,7 @@ from movimentum.solver.start.placement import Parts, connected_parts, placed, ri
 from movimentum.solver.start.search import REMEMBERED, REMEMBERED_EACH, StartSearch, select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.arrange import arrange
-from movimentum.tolerances import INEQUALITY_MET, LOOK_AHEAD, SPELLING_WEIGHT
+from movimentum.tolerances import INEQUALITY_MET, LOOK_AHEAD, PLACED_ELSEWHERE, SAME_VALUE, SPELLING_WEIGHT
 from tests.solver.scenes import motion_of, plan_of, scene_of, unknown
 
 
@@ -126,6 +126,8 @@ def test_a_break_is_of_place_or_of_velocity(speed):
     assert broken(moving, 8.0, speed) == pytest.approx(0.0, abs=1e-12)
     assert broken(moving, 8.1, speed) == 1.0
     assert broken(moving, math.nan, speed) == 1.0
+    assert broken(moving, 8.0 + 2.0 * SAME_VALUE * plan.size, speed) == 1.0
+    assert broken(moving, 8.0 - 0.5 * SAME_VALUE * plan.size, speed) < 1.0
     for more in (3.0, -50.0):
         assert broken(moving, 8.0, speed + more) == pytest.approx(abs(more) * ahead / plan.size, rel=1e-9)
     assert broken(moving, 8.0, speed + 1e9) == 0.5
@@ -259,25 +261,52 @@ def test_of_two_places_the_one_that_an_inequality_allows():
 
 # --- contacts
 
-ROUND = """.config(10); Round : .curve O = [0, 0] .polar(u, 30); Pin : .bar A = [50, 0] B = A + [5, 0];
+ROUND = """.config(10); Round : .curve O = [0, 0] .param(u, [20 + 30*.cos(u), 30*.sin(u) - 10]);
+Pin : .bar A = [50, 0] B = A + [5, 0];
 @0 Round.O = [0, 0]; Round.angle = 0; .on(Pin.A, Round) = 3; Pin.A.x = 5; Pin.angle = 0; @1
 """
 
 
 @pytest.mark.parametrize("angle", [0.0, 100.0, 280.0])
 def test_a_contact_elsewhere_than_the_nearest_is_misplaced(angle):
+    """Across the circle's edge, a point at 33 from the centre is 33 cos(d) - 30 from a place that is d beside."""
     plan = plan_of(ROUND)
     (n,) = [u.number for u in plan.system.unknowns if isinstance(u.payload, ContactPlace)]
-    place = plan.system.unknowns[n].payload
-    base = Snapshot((BodyPose(), posed(33 * cmath.exp(1j * math.radians(angle)) - 50, 0.0)))
+    outline = plan.system.unknowns[n].payload.touch.outline
+    base = Snapshot((BodyPose(), posed(20 - 10j + 33 * cmath.exp(1j * math.radians(angle)) - 50, 0.0)))
     nearest = replace(as_drawn(plan.system.scene).now, things=base.things).value(plan.system, n)
     assert nearest is not None
-    for shift, count in ((0.0, 0), (1e-9, 0), (120.0, 1), (180.0, 1)):
+    edge = math.degrees(math.acos(1.0 - PLACED_ELSEWHERE * outline.size / 33.0))
+    for shift, count in ((0.0, 0), (0.95 * edge, 0), (1.05 * edge, 1), (-1.05 * edge, 1), (120.0, 1), (180.0, 1)):
         state: list = [None] * len(plan.system.unknowns)
-        turn = place.touch.outline.period if hasattr(place.touch.outline, "period") else 360.0
-        state[n] = np.array([nearest + shift * turn / 360.0, 0.0])
+        state[n] = np.array([nearest + shift * outline.period / 360.0, 0.0])
         assert misplaced(plan, state, base, [n], Fraction(0)) == count
-    assert misplaced(plan, state, base, [], Fraction(0)) == 0
+        assert misplaced(plan, state, base, [], Fraction(0)) == 0
+
+
+OVALS = """.config(10); One : .curve O = [0, 0] .param(u, [60*.cos(u), 30*.sin(u)]);
+Other : .curve O = [0, 0] .param(u, [40*.cos(u), 20*.sin(u)]);
+@0 One.O = [0, 0]; One.angle = 0; .gap(One, Other) = 0; Other.O.y = 0; Other.angle = 0; @1
+"""
+
+
+@pytest.mark.parametrize("turn", [0.0, 90.0])
+@pytest.mark.parametrize("gap", [0.0, 7.0])
+def test_two_outlines_touch_where_they_face_each_other(turn, gap):
+    """An ellipse beside another, its long or its short axis towards it."""
+    plan = plan_of(OVALS)
+    half = 40.0 if turn == 0.0 else 20.0
+    base = Snapshot((BodyPose(), posed(complex(60 + half + gap, 0), turn)))
+    found = {u.payload.touch.which: u.number for u in plan.system.unknowns if isinstance(u.payload, ContactPlace)}
+    assert sorted(found) == [0, 1]
+    for one, other, count in (
+        (0.0, 180.0 - turn, 0), (180.0, 180.0 - turn, 1), (0.0, -turn, 1), (90.0, 90.0 - turn, 1),
+    ):  # fmt: skip
+        state: list = [None] * len(plan.system.unknowns)
+        for which, value in ((0, one), (1, other)):
+            outline = plan.system.unknowns[found[which]].payload.touch.outline
+            state[found[which]] = np.array([value * outline.period / 360.0, 0.0])
+        assert misplaced(plan, state, base, found.values(), Fraction(0)) == count
 
 
 # --- judgements
