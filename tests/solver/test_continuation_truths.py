@@ -225,6 +225,7 @@ def test_first_nodes_are_at_odd_places(begin, end):
     steps = np.diff(tau) * 24 / (end - begin)
     assert ((steps > 0.5) & (steps < 1.5)).all()
     assert len(np.unique(np.round(steps[1:-1], 6))) > 20
+    assert min((steps > 1.0).sum(), (steps < 1.0).sum()) >= 8  # to and fro
 
 
 @settings(max_examples=40)
@@ -279,6 +280,7 @@ def test_nodes_that_are_inserted_have_their_state():
         grid.has_state(block)
         grid.insert(np.array([0.123, 1.5, 0.7, 0.0]))
         grid.insert(np.array([0.124 + 0.01 * block.number]))
+        assert all(np.size(grid.state[n]) in (1, len(grid.tau)) for n in block.unknowns)
     for name, exact in (("x", lambda t: np.sqrt(t + 1)), ("y", lambda t: np.sqrt(np.sqrt(t + 1) + 3))):
         n = unknown(plan, name)
         grid.begin(next(block for block in plan.blocks if n in block.inputs))

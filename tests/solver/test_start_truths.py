@@ -19,11 +19,12 @@ from movimentum.planning.planner import structure_of
 from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import VariableComponent
+from movimentum.solver.assembly import placements
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import Carry, Snapshot, as_drawn
 from movimentum.solver.basis.scene_size import scene_size
-from movimentum.solver.path.follow import follow
+from movimentum.solver.path.follow import follow, instant
 from movimentum.solver.segment_motion import FailureKind
 from movimentum.solver.start.candidates import (
     Candidate,
@@ -414,6 +415,10 @@ def test_of_mirrored_paths_the_same_is_first_in_any_order():
     left, right = (candidate(0, 0, 0, 1.0, values=values, later={c: 1.0, s: t}) for t in (1e-2, -1e-2))
     assert mirrored_settled(plan, [right, left])[0] is left  # counter-clockwise
     assert mirrored_settled(plan, [left, right])[0] is left
+    half = math.sqrt(0.5)
+    slanted = {c: half, s: half}
+    one, other = (candidate(0, 0, 0, 1.0, values=slanted, later={c: half - t, s: half + t}) for t in (1e-2, -1e-2))
+    assert mirrored_settled(plan, [other, one])[0] is one
     farther = candidate(0, 0, 0, 1.5, values=values, later={c: 1.0, s: 1e-2})
     assert mirrored_settled(plan, [right, farther])[0] is right
     elsewhere = candidate(0, 0, 0, 1.0, values={c: 0.6, s: 0.8}, later={c: 0.6, s: 0.9})
@@ -523,6 +528,38 @@ def test_a_search_tells_what_was_turned_down():
     _, found = chosen(ROOTS + "a + b + c = 99;", doubt=lambda some: asked.append(len(some)) or "never")
     assert found.contradiction == "never"
     assert asked == [len(found.turned_down)]
+
+
+FOUR_BAR = """.config(10);
+A : .bar P = [0, 0] Q = P + [0, 40]; B : .bar P = [0, 40] Q = P + [{b}, 20]; C : .bar P = [100, 0] Q = P + [{c}, 60];
+@0 A.P = [0, 0]; A.angle = {angle}; B.P = A.Q; B.Q = C.Q; C.P = [100, 0]; @1
+"""
+
+
+@pytest.mark.parametrize(
+    ("b", "c", "angle", "how"),
+    [(100, 0, 0, "closed"), (100, 0, 25, "drawn"), (90, 5, 0, "drawn"), (80, -20, 0, "closed")],
+)
+def test_the_drawing_is_taken_where_it_is_closed(b, c, angle, how):
+    """Of both ways to put a four-bar together: the drawing as it stands, else the one that is turned least."""
+    plan = plan_of(FOUR_BAR.format(b=b, c=c, angle=angle))
+    found = select(plan, Fraction(0), 0.0, LOOK_AHEAD, as_drawn(plan.system.scene), {})
+    parts = [part for part in found.parts if len(part.candidates) > 1 or part.decided_by == "closed"]
+    assert [part.decided_by for part in parts] == [how]
+    crank = 40j * cmath.exp(1j * math.radians(angle))
+    rod, rocker = math.hypot(b, 20), math.hypot(c, 60)
+    ways = []
+    for sign in (1, -1):  # the law of cosines
+        base = 100 - crank
+        turn = sign * math.acos((rod**2 + abs(base) ** 2 - rocker**2) / (2 * rod * abs(base)))
+        joint = crank + rod * base / abs(base) * cmath.exp(1j * turn)
+        turns = [cmath.phase((joint - crank) / complex(b, 20)), cmath.phase((joint - 100) / complex(c, 60))]
+        ways.append((sum(t * t for t in turns), joint))
+    piece = instant(plan, Fraction(0), 0.0, found.choices)
+    state, _ = piece.evaluate(piece.instants(np.zeros(1)))
+    ((_, pose),) = [each for each in placements(plan, state, as_drawn(plan.system.scene).now) if each[0] == 1]
+    x, y = pose.world(float(b), 60.0)
+    assert complex(np.ravel(x)[0], np.ravel(y)[0]) == pytest.approx(min(ways)[1], abs=1e-9)
 
 
 def test_only_some_poses_are_remembered():
