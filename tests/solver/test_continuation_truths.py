@@ -429,28 +429,44 @@ def test_an_instant_is_a_piece_of_no_length():
 P = symbol(7)
 
 
-def way_of(rows, core, begin, end) -> _Way:
+def way_of(rows, core, begin, end, size: float = 1.0) -> _Way:
     block = newton_block(rows, core)
     assert isinstance(block, Newton)
-    return _Way(
-        block,
-        np.atleast_2d(np.asarray(begin, dtype=np.float64)),
-        np.atleast_2d(np.asarray(end, dtype=np.float64)),
-        np.ones(len(core)),
-    )
+    first, last = (np.atleast_2d(np.asarray(numbers, dtype=np.float64)) for numbers in (begin, end))
+    return _Way(block, first, last, np.full(len(core), size))
 
 
-def test_each_way_keeps_to_its_branch():
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_each_way_keeps_to_its_branch(size):
     """x² = p from 1 to 9 leads ±1 to ±3, from 1 to 0.01 to ±0.1; through zero there is none."""
-    way = way_of([less(times(X, X), P)], (0,), [1.0] * 6, [9.0, 9.0, 0.01, 0.01, -1.0, -4.0])
-    found, arrived = way.followed(np.array([[1.0], [-1.0]] * 3))
+    row = less(times(X, X), times(size * size, P))
+    way = way_of([row], (0,), [1.0] * 6, [9.0, 9.0, 0.01, 0.01, -1.0, -4.0], size)
+    found, arrived = way.followed(size * np.array([[1.0], [-1.0]] * 3))
     assert arrived.tolist() == [True] * 4 + [False] * 2
-    np.testing.assert_allclose(found[:4, 0], [3.0, -3.0, 0.1, -0.1], rtol=1e-9)
-    velocity, sign = way.rates(np.arange(2), np.array([0.5, 0.5]), np.sqrt([[5.0], [5.0]]) * [[1.0], [-1.0]])
-    np.testing.assert_allclose(velocity[:, 0], [8.0 / (2 * math.sqrt(5.0)), -8.0 / (2 * math.sqrt(5.0))], rtol=1e-6)
+    np.testing.assert_allclose(found[:4, 0], size * np.array([3.0, -3.0, 0.1, -0.1]), rtol=1e-9)
+    velocity, sign = way.rates(np.arange(2), np.array([0.5, 0.5]), size * np.sqrt([[5.0], [5.0]]) * [[1.0], [-1.0]])
+    np.testing.assert_allclose(velocity[:, 0], size * np.array([4.0, -4.0]) / math.sqrt(5.0), rtol=1e-6)
     assert sign.tolist() == [1.0, -1.0]
     _, sign = way.rates(np.array([4]), np.array([0.5]), np.zeros((1, 1)))
     assert sign.tolist() == [0.0]
+
+
+@pytest.mark.parametrize(("size", "other"), [(1000.0, ""), (50.0, "+ y*z - y*z; y = .cos(180*.t); z = .sin(90*.t)")])
+def test_a_path_that_ended_goes_on_in_its_own_branch(size, other):
+    """x³ - 3 x = p has its upper root for p >= -2: after p was below, x is that root again, not the lower one."""
+    w = f"(x/{size})"
+    motion = motion_of(f""".config(10, 100, 100); Bar : .bar A = [0, 0] B = A + [100, 0];
+    @0 {w}*{w}*{w} - 3*{w} = 3 - 6*.sin(90*.t) {other}; Bar.A = [x, 0]; Bar.angle = 0; @2""")
+    (trouble,) = motion.segments[0].troubles
+    ends = [math.degrees(math.asin(5 / 6)) / 90, 2 - math.degrees(math.asin(5 / 6)) / 90]
+    assert (trouble.begin, trouble.until) == pytest.approx(ends, abs=1e-6)
+    times_ = [Fraction(k, 10) for k in (0, 3, 9, 16, 20)]
+    poses = motion.poses_at(times_)
+    assert poses.solved.tolist() == [True, True, False, True, True]
+    for k in (0, 1, 3, 4):
+        p = 3 - 6 * math.sin(math.pi / 2 * float(times_[k]))
+        root = max(r.real for r in np.roots([1, 0, -3, -p]) if abs(r.imag) < 1e-9)
+        assert poses.variables["x"][k] == pytest.approx(size * root, rel=1e-9)
 
 
 def test_a_way_round_a_fold_is_not_jumped():
