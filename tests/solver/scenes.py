@@ -11,6 +11,8 @@ from fractions import Fraction
 import numpy as np
 
 from movimentum.expressions import Expr, walk
+from movimentum.planning.plan import Plan
+from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.scene.build import build
 from movimentum.scene.model import (
     AnchorCoordinate,
@@ -21,6 +23,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
+from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.solver import solve
@@ -41,6 +44,18 @@ def scene_of(text: str) -> Scene:
 def motion_of(text: str, fps: int | Fraction | None = None) -> PathMotion:
     """The motion of a script's text."""
     return solve(arrange(scene_of(text), fps=fps, max_frames=2_000_000))
+
+
+def plan_of(text: str, step: int = 0) -> Plan:
+    """The plan of one step of a script's text, which is not solved."""
+    scene = scene_of(text)
+    segment = arrange(scene).segments[step]
+    return compile_structure(structure_of(scene, segment, {}), scene_size(scene), None)
+
+
+def unknown(plan: Plan, name: str) -> int:
+    """The number of the unknown with that name."""
+    return next(each.number for each in plan.system.unknowns if each.name == name)
 
 
 def poses_of(text: str, fps: int | Fraction | None = None) -> Poses:

@@ -100,7 +100,7 @@ class Local:
         """As `prepare` gives it; inside [low, high] where possible."""
         later = np.minimum(tau + self.delta, np.maximum(self.high, tau))
         earlier = np.maximum(tau - self.delta, np.minimum(self.low, tau))
-        narrow = later - earlier < self.delta
+        narrow = later - earlier < 0.5 * self.delta  # about this long where only one side is on the path
         later, earlier = np.where(narrow, tau + self.delta, later), np.where(narrow, tau, earlier)
         return self.probe(np.concatenate([tau, later, earlier])), later - earlier
 

@@ -251,7 +251,7 @@ class SingularPose:
         if local.block.rows != len(x) or not np.isfinite(rows).all():
             return None
         left, singular, right = np.linalg.svd(rows[0])
-        if len(singular) > 1 and singular[-2] < SECOND_RANK_LOST * singular[0]:
+        if len(singular) > 1 and singular[-2] <= SECOND_RANK_LOST * singular[0]:
             return None
         return cls(local, tau, x / scale, scale, lengths[0], left[:, -1], right[-1])
 
