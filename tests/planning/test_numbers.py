@@ -55,6 +55,7 @@ def test_a_tridiagonal_system_is_solved_for_one_right_side_and_for_many():
 def test_horner_is_polyval(degree):
     c = np.random.default_rng(degree).normal(size=degree + 1)
     t = np.linspace(-2.0, 2.0, 7)
+    assert np.shape(horner(list(c), t)) == np.shape(t)
     assert horner(list(c), t) == pytest.approx(np.polynomial.polynomial.polyval(t, c), abs=1e-12)
 
 
@@ -154,6 +155,7 @@ def test_directions_roots_and_powers_are_exact_or_unknown():
         (2.0, -2.0): Fraction(1, 4),
         (4.0, 0.5): None,
         (2.0, 65.0): None,
+        (2.0, -65.0): None,
         (0.0, -1.0): None,
         (2.0, 64.0): Fraction(2**64),
     }

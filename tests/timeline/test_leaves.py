@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from movimentum.expressions import const, symbol
 from movimentum.scene.leaves import Bearing, cords_of
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, GearPair, Relation, ThingAngle
 from movimentum.timeline.cords import CordParts, is_closed, read_cords
@@ -140,18 +141,48 @@ def test_a_gear_rolls_on_a_rack_and_has_its_teeth_in_gaps(seed):
 def test_a_belt_turns_by_the_radii_relative_to_its_centres(crossed):
     random = np.random.default_rng(6)
     r1, r2 = 30.0, 12.5
+    lean = math.radians(33.0)
+    at = f"{80.0 * math.cos(lean)!r},{80.0 * math.sin(lean)!r}"
     timeline = timeline_of(
-        f"A : .disc({r1}) C = [0,0] P = [5,0]; B : .disc({r2}) C = [80,0] P = [83,0]; Arm : .bar O = [0,0] P = [80,0];"
+        f"A : .disc({r1}) C = [0,0] P = [5,0]; B : .disc({r2}) C = [{at}] P = [83,0]; Arm : .bar O = [0,0] P = [{at}];"
         f"@0 A.C = [0,0]; Arm.O = A.C; B.C = Arm.P; .belt(A, B){' .crossed' * crossed} = 0; @1"
     )
-    item = paired(timeline)
+    item, ratio = paired(timeline), (-r1 if crossed else r1) / r2
     for carrier in random.uniform(-500.0, 500.0, 4):
-        place = (80.0 * math.cos(math.radians(carrier)), 80.0 * math.sin(math.radians(carrier)))
+        turned = lean + math.radians(carrier)
+        place = (80.0 * math.cos(turned), 80.0 * math.sin(turned))
         places = {(0, 0): (0.0, 0.0), (1, 0): place, (2, 0): (0.0, 0.0), (2, 1): place}
         turns = {0: float(random.uniform(-700.0, 700.0)), 2: float(carrier)}
         t2 = follower(item, places, turns, 1)
-        ratio = (-r1 if crossed else r1) / r2
         assert t2 - carrier == pytest.approx(ratio * (turns[0] - carrier), abs=1e-9)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_a_belt_that_is_laid_on_later_goes_on_from_how_its_wheels_are_turned(crossed):
+    timeline = timeline_of(
+        "A : .disc(30) C = [0,0] P = [5,0]; B : .disc(12) C = [80,0] P = [83,0];"
+        "@0 A.C = [0,0]; B.C = [80,0]; A.angle = 40*.t; B.angle = 25 - 7*.t;"
+        f"@2 B.angle = _; .belt(A, B){' .crossed' * crossed} = 0; @3"
+    )
+    item, ratio = paired(timeline, 1), (-30.0 if crossed else 30.0) / 12.0
+    for turn in (80.0, 100.0, -33.0):
+        assert follower(item, {}, {0: turn}, 1) == pytest.approx(25.0 - 14.0 + ratio * (turn - 80.0), abs=1e-9)
+
+
+def test_what_is_read_of_teeth_is_how_far_they_are_from_the_nearest_gap():
+    scene = scene_of("A : .gear(20,2) C = [0,0]; B : .gear(10,2) C = [30,0]; @0 A.C = [0,0]; B.C = [30,0]; x = 3; @1")
+    trains, start = Trains(scene), scene.steps[0].time
+    active = list(scene.constraints())
+    trains.placed(active, start)
+    pair = symbol(GearPair(0, 1, belt=False))
+    (read,) = trains.read((pair,), active, start, aims=False)
+    (seen,) = trains.read((pair,), active, start, aims=True)
+    (plain,) = trains.read((symbol("x"),), active, start, aims=False)
+    assert plain == symbol("x")
+    for t1, t2 in ((0.0, 0.0), (7.0, -31.0), (100.0, 200.0), (3.0, 12.0)):
+        off = 36.0 * in_gaps(20, 0.0, t1, 10, 0.0, t2, 0.0, inner=False)  # in degrees of the second
+        for each in (read, seen):
+            assert abs(valued(each, {}, {0: t1, 1: t2})) == pytest.approx(abs(off), abs=1e-9)
 
 
 # --- directions
@@ -161,7 +192,9 @@ def test_directions_are_those_of_places_by_whatever_says_them():
     scene = scene_of(
         "A : .bar P = [0,0] Q = [30,10] R = [0,0]; B : .bar S = [0,0] T = [5,40]; C : .bar U = [9,9] V = [9,29];"
         "D : .bar W = [1,1] X = [2,3];"
-        "@0 A.P = [10,20]; B.S = A.Q; C.U = [10,60]; D.W = A.P + [40,0].r(25 + 3*.t); B.T = C.V; D.X = B.S + [0,7];"
+        "E : .bar Y = [3,4] Z = [5,6];"
+        "@0 x = 3; E.Y = A.P + [40,15].r(A.angle); E.Z = [10,20] + [30,0].r(9*.t);"
+        "A.P = [10,20]; B.S = A.Q; C.U = [10,60]; D.W = A.P + [40,0].r(25 + 3*.t); B.T = C.V; D.X = B.S + [0,7];"
         "@2"
     )
     active = [item for item in scene.constraints() if item.relation is Relation.EQUAL]
@@ -190,6 +223,12 @@ def test_directions_are_those_of_places_by_whatever_says_them():
     assert abs(value(X, S)) == 270.0 or value(X, S) == -90.0
     for pair, drawn in (((P, W), 25.0), ((P, U), 90.0), ((P, S), math.degrees(math.atan2(10, 30)))):
         assert joints.direction(*pair).drawn == pytest.approx(drawn)
+    # what is turned with a thing, and what is turned about a place
+    Y, Z = AnchorRef(4, 0), AnchorRef(4, 1)
+    assert value(P, Y) == pytest.approx(12.0 + math.degrees(math.atan2(15, 40)))
+    assert value(Q, Y) == pytest.approx(12.0 + math.degrees(math.atan2(5, 10)))
+    assert value(P, Z) == value(R, Z) == 0.0
+    assert value(P, Z, 4.0) == pytest.approx(36.0)
     # what nothing says is seen
     seen = joints.direction(X, U)
     assert isinstance(seen.value.payload, Bearing)
@@ -209,6 +248,7 @@ def test_values_of_numbers_clocks_and_known_turns():
     assert value_at(item.right[0], start + 2, {0: 5.0}) == pytest.approx(10.0 + 12.0)
     assert value_at(item.right[0], start + 2, {1: 5.0}) is None
     assert value_at(item.right[0], start) is None
+    assert value_at(const(0.0), start) == 0.0
 
 
 # --- cords
@@ -304,3 +344,29 @@ def test_a_train_finds_its_pairs_and_leaves_other_statements_alone():
     plain = scene_of("x : .disc(3) C = [0,0]; @0 y = 3; @1")
     constraints = list(plain.constraints())
     assert Trains(plain).placed(constraints, plain.steps[0].time) == tuple(constraints)
+
+
+@pytest.mark.parametrize("side", ["", "-"])
+def test_wheels_that_are_gripped_turn_by_what_the_cord_runs(side):
+    """The load moves by d along its straight part: the wheel turns by d/r, and its middle may stay."""
+    r, sign = 20.0, -1.0 if side else 1.0
+    timeline = timeline_of(
+        f"W : .disc({r}) O = [100,100] P = [101,100]; A : .disc(3) P = [0,30]; B : .disc(3) P = [220,10];"
+        f"@0 W.O = [100,100]; .cord(A.P, {side}W, B.P) = 300 .grips; A.P = [0, 30]; @1"
+    )
+    scene = timeline.scene
+    number = next(item.number for item in scene.constraints() if cords_of(item))
+    length_, grip = [item for item in timeline.segments[0].active if item.number == number]
+    begin, middle, end = (complex(0, 30), 0.0), (complex(100, 100), sign * r), (complex(220, 10), 0.0)
+    places = {(0, 0): (100.0, 100.0), (1, 0): (0.0, 30.0), (2, 0): (220.0, 10.0)}
+    assert valued(length_.left[0], places, {0: 0.0}) == pytest.approx(length([begin, middle, end]))
+    assert valued(length_.right[0], places, {}) == 300.0
+    (touch, at) = tangent(begin, middle)
+    way = (at - touch) / abs(at - touch)
+    for d in (0.0, 7.0, -12.0):
+        moved = touch + d * way
+        there = {**places, (1, 0): (moved.real, moved.imag)}
+        turn = -sign * math.degrees(d / r)  # on the right of the cord: what runs ahead turns it clockwise
+        assert valued(grip.left[0], there, {0: turn}) == pytest.approx(0.0, abs=1e-9)
+        assert abs(valued(grip.left[0], there, {0: turn + 1.0})) == pytest.approx(math.radians(r), rel=1e-9)
+    assert valued(grip.right[0], places, {}) == 0.0
