@@ -71,15 +71,10 @@ def eliminated_linear(
 
 def back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
     """The eliminated unknowns as expressions of the core and the inputs."""
-    values: dict[object, Expr] = {}
     memo: dict[Expr, Expr] = {}
     result: list[tuple[int, Expr]] = []
     for unknown, given in reversed(eliminated):
-        expr = substitute(
-            poly.to_expression(given), lambda node: values.get(node.payload) if node.op == "symbol" else None, memo
-        )
-        values[unknown] = expr
-        memo[symbol(unknown)] = expr
+        expr = memo[symbol(unknown)] = substitute(poly.to_expression(given), lambda _: None, memo)
         result.append((unknown, expr))
     return result
 

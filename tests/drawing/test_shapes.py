@@ -1,0 +1,193 @@
+"""Shapes that are drawn: areas, arcs over edges, cords about wheels, Bézier curves and frames along a line."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import shapely
+from scipy.interpolate import BPoly, CubicHermiteSpline
+
+from movimentum.drawing.areas import _bulging, _smooth
+from movimentum.drawing.beziers import bezier
+from movimentum.drawing.cords import course
+from movimentum.drawing.laid import columns, frame, laid, line, placed
+from movimentum.drawing.model import DiscMark, Paint
+from movimentum.drawing.outlines import body_outline
+from movimentum.drawing.parts import FigurePart, PartForm
+from movimentum.drawing.poles import pole_place
+from movimentum.drawing.skeletons import _tint
+from movimentum.scene.shown import POLE
+from tests.families.test_cords import tangent
+
+SCALES = (1e-2, 1.0, 1e4)
+
+
+# --- frames along a line
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_places_along_and_beside_a_line_are_those_of_a_turned_frame(scale):
+    random = np.random.default_rng(1)
+    points = scale * random.normal(size=(8, 3, 2))
+    along, across, length = frame(points)
+    z = (points[:, -1] - points[:, 0]) @ np.array([1.0, 1j])
+    assert length == pytest.approx(np.abs(z), rel=1e-12)
+    assert along @ np.array([1.0, 1j]) == pytest.approx(z / np.abs(z), abs=1e-12)
+    assert across @ np.array([1.0, 1j]) == pytest.approx(1j * z / np.abs(z), abs=1e-12)
+    x, y = scale * random.normal(size=(2, 8, 5))
+    begin = points[:, 0] @ np.array([1.0, 1j])
+    truth = begin[:, None] + (z / np.abs(z))[:, None] * (x + 1j * y)
+    assert laid(points, x, y) @ np.array([1.0, 1j]) == pytest.approx(truth, abs=1e-11 * scale)
+    assert line(points, 8, (0.0, 0.0), (length, 2.0)) == pytest.approx(
+        laid(points, columns(8, 0.0, length), columns(8, 0.0, 2.0))
+    )
+    still = frame(np.zeros((2, 2, 2)))
+    assert still[0].tolist() == [[1.0, 0.0]] * 2
+    assert still[2].tolist() == [0.0, 0.0]
+    moved = placed(FigurePart(PartForm.FILL, ((1.0, 2.0), (3.0, 4.0))), points[:, 0], np.ones(8, dtype=bool))
+    assert moved.points == pytest.approx(points[:, :1] + np.array([[1.0, 2.0], [3.0, 4.0]]))
+
+
+# --- areas
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_bulging_edges_are_arcs_of_their_height_outwards(scale, way):
+    """A polygon whose edges bulge by b: to its area each adds a segment of a circle, whichever way its corners go."""
+    turns = way * np.array([0.0, 1.2, 2.0, 4.0])
+    corners = scale * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    bulge = (0.3, 0.0, -0.2, 0.5)
+    found = _bulging(np.stack([corners, corners + scale]), bulge)
+    assert found[1] == pytest.approx(found[0] + scale, abs=1e-9 * scale)
+    pieces = found[0].reshape(4, -1, 2)
+    for k, own in enumerate(pieces):
+        p, q = corners[k], corners[(k + 1) % 4]
+        assert own[0] == pytest.approx(p, abs=1e-12 * scale)
+        edge = q - p
+        size = float(np.hypot(*edge))
+        out = way * np.array([edge[1], -edge[0]]) / size  # away from the middle
+        height, share = (own - p) @ out / size, (own - p) @ edge / size**2
+        b = bulge[k]
+        if b == 0.0:
+            assert height == pytest.approx(np.zeros(len(own)), abs=1e-12)
+            continue
+        # the circle through both ends and the top, b away from the edge
+        radius = (0.25 + b * b) / (2.0 * abs(b))
+        below = b - math.copysign(radius, b)
+        assert np.hypot(share - 0.5, height - below) == pytest.approx(np.full(len(own), radius), rel=1e-9)
+        assert height[len(own) // 2] == pytest.approx(b, rel=1e-9)
+
+
+def test_a_smooth_edge_is_the_centripetal_spline_through_its_points():
+    """Hermite's cubics by roots of distances, with Catmull and Rom's slopes; of a circle it is nearly round."""
+    random = np.random.default_rng(5)
+    points = np.cumsum(random.normal(size=(3, 7, 2)), axis=1)
+    curve = _smooth(points).reshape(3, 7, 16, 2)
+    for own, pieces in zip(points, curve, strict=True):
+        ring = np.concatenate([own[-2:], own, own[:3]])
+        t = np.concatenate([[0.0], np.cumsum(np.sqrt(np.hypot(*np.diff(ring, axis=0).T)))])[:, None]
+        first, second = np.diff(ring, axis=0) / np.diff(t, axis=0), (ring[2:] - ring[:-2]) / (t[2:] - t[:-2])
+        spline = CubicHermiteSpline(t[1:-1, 0], ring[1:-1], first[:-1] - second + first[1:])
+        for k in range(7):
+            a, b = t[k + 2, 0], t[k + 3, 0]
+            assert pieces[k] == pytest.approx(spline(a + (b - a) * np.arange(16) / 16.0), abs=1e-9)
+    u = np.arange(24) * 2.0 * np.pi / 24.0
+    ring = _smooth(5.0 * np.stack([np.cos(u), np.sin(u)], axis=1)[None])
+    assert np.hypot(*ring[0].T) == pytest.approx(np.full(ring.shape[1], 5.0), rel=2e-4)
+    # it is no matter how large it is, or where
+    assert _smooth(1e4 * points + 7e4) == pytest.approx(1e4 * _smooth(points) + 7e4, rel=1e-7)
+
+
+@pytest.mark.parametrize("count", [3, 4, 7, 10])
+def test_bezier_curves_are_scipys(count):
+    random = np.random.default_rng(count)
+    points = random.normal(size=(2, count, 2))
+    found = bezier(points)
+    if count == 3:
+        t = np.linspace(0.0, 1.0, 33)
+        truth = BPoly(np.moveaxis(points, 1, 0)[:, None], [0.0, 1.0])(t)
+        assert np.moveaxis(found, 1, 0) == pytest.approx(truth, abs=1e-12)
+        return
+    pieces = (count - 1) // 3
+    t = np.linspace(0.0, pieces, 32 * pieces + 1)
+    control = np.stack([points[:, 3 * k : 3 * k + 4] for k in range(pieces)], axis=2)
+    truth = BPoly(np.moveaxis(control, [1, 2], [0, 1]), np.arange(pieces + 1.0))(t)
+    assert np.moveaxis(found, 1, 0) == pytest.approx(truth, abs=1e-12)
+
+
+# --- cords
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cord_is_drawn_along_its_tangents_and_round_its_wheels(seed, scale):
+    random = np.random.default_rng(seed)
+    stops = [(0j, 0.0), *((complex(120.0 * (k + 1), random.uniform(-40, 40)) * scale,
+                           float(random.choice([1, -1]) * random.uniform(5, 40)) * scale) for k in range(3)),
+             (complex(480.0, 10.0) * scale, 0.0)]  # fmt: skip
+    points = np.array([[c.real, c.imag] for c, _ in stops])[None]
+    found = course(points, tuple(r for _, r in stops))[0] @ np.array([1.0, 1j])
+    assert found[0] == 0.0
+    assert found[-1] == stops[-1][0]
+    at = 1
+    for before, (centre, radius), after in zip(stops, stops[1:], stops[2:], strict=False):
+        arc = found[at : at + 49]
+        at += 49
+        assert np.abs(arc - centre) == pytest.approx(np.full(49, abs(radius)), rel=1e-9)
+        assert arc[0] == pytest.approx(tangent(before, (centre, radius))[1], abs=1e-9 * scale)
+        assert arc[-1] == pytest.approx(tangent((centre, radius), after)[0], abs=1e-9 * scale)
+        turned = np.diff(np.unwrap(np.angle(arc - centre)))
+        assert (turned * np.sign(radius) <= 1e-12).all()  # on the right: clockwise
+
+
+def test_a_belt_comes_back_and_a_drum_is_gone_round_once():
+    wheels = np.array([[[0.0, 0.0], [100.0, 0.0], [0.0, 0.0]]])
+    belt = course(wheels, (20.0, 20.0, 20.0))[0]
+    assert belt[0] == pytest.approx(belt[-1])
+    truth = shapely.LineString([(0, 0), (100, 0)]).buffer(20.0, 64)
+    assert shapely.Polygon(belt).symmetric_difference(truth).area < 0.01 * truth.area
+    hoist = course(np.array([[[0.0, 0.0], [50.0, -80.0]]]), (20.0, 0.0))[0]
+    assert len(hoist) == 50
+    assert hoist[0] == pytest.approx(hoist[48])
+    assert np.hypot(*hoist[:49].T) == pytest.approx(np.full(49, 20.0))
+    # a wheel that reaches beyond the next point has no tangent: it goes straight on
+    assert np.isfinite(course(np.array([[[0.0, 0.0], [5.0, 0.0], [50.0, 0.0]]]), (0.0, 20.0, 0.0))).all()
+
+
+# --- outlines, tints and poles
+
+
+@pytest.mark.parametrize("radius", [0.1, 5.0, 400.0, 3e4])
+def test_a_round_outline_is_within_a_twentieth_of_a_pixel_with_few_corners(radius):
+    mark = DiscMark(Paint(0, (0, 0, 0), 1.0), (3.0, -2.0), radius, None)
+    points = np.array(body_outline(mark)) - (3.0, -2.0)
+    assert np.hypot(*points.T) == pytest.approx(np.full(len(points), radius), rel=1e-12)
+    middle = (points + np.roll(points, -1, axis=0)) / 2.0
+    assert radius - np.hypot(*middle.T).min() <= 0.0501
+    assert len(points) <= max(12, math.pi / math.acos(1.0 - 0.05 / max(radius, 0.06)) + 2)
+
+
+def test_a_tint_is_between_paper_and_ink():
+    assert _tint((0, 100, 255), (255, 255, 255)) == (219, 233, 255)
+    assert _tint((9, 9, 9), (9, 9, 9)) == (9, 9, 9)
+
+
+def test_a_pole_is_where_it_is_or_at_the_edge_in_its_direction():
+    """(x, y, w) is the place (x/w, y/w), at infinity in the direction (x, y) where w is 0."""
+    rows = [[30.0, 20.0, 1.0], [90.0, 60.0, 3.0], [500.0, 40.0, 1.0], [0.0, -5.0, 0.0], [-400.0, 700.0, 1.0]]
+    properties = {(0, name): column for name, column in zip(POLE, np.array(rows).T, strict=True)}
+    poses = SimpleNamespace(frames=np.arange(5), properties=properties)
+    mark = SimpleNamespace(paint=SimpleNamespace(thing=0), room=(0.0, 0.0, 100.0, 80.0))
+    where, direction, outside = pole_place(mark, poses)
+    assert outside.tolist() == [False, False, True, True, True]
+    assert where[:2] == pytest.approx(np.array([[30.0, 20.0], [30.0, 20.0]]))
+    assert where[2] == pytest.approx([90.0, 40.0])
+    assert where[3] == pytest.approx([50.0, 10.0])
+    assert direction[3] == pytest.approx([0.0, -1.0])
+    away = np.array([-450.0, 660.0])
+    assert direction[4] == pytest.approx(away / np.hypot(*away))
+    assert where[4] == pytest.approx(np.array([50.0, 40.0]) + away / 660.0 * 30.0)
