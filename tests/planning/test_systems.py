@@ -211,7 +211,7 @@ def test_rates_are_the_derivatives_of_rows_along_a_motion():
     system = system_of(
         "B : .bar P = [0,0] Q = [30,40]; @0 B.P.y = 0; B.Q.x = 20*.t^2 + .sin(50*.t); x = B.P.x*B.Q.y; @1"
     )
-    full = with_rates(with_rigidity(system, frozenset()), range(len(system.equations)))
+    full = with_rates(with_rigidity(system, frozenset()), range(len(system.equations)), ())
     more = full.equations[len(with_rigidity(system, frozenset()).equations) :]
     assert len(more) == len(system.equations)
 
