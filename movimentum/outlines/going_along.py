@@ -1,4 +1,4 @@
-"""Where a moving outline goes along itself, and where ahead."""
+"""Where the velocity of a moving outline lies along the outline, and where it points outwards."""
 
 from __future__ import annotations
 

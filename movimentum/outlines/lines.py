@@ -1,4 +1,4 @@
-"""Outlines of straight edges: polygons, and lines that go there and back."""
+"""Outlines of straight edges: polygons, and lines traversed in both directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plans a segment."""
+"""Plans a segment: its equations in groups, compiled into blocks in the order of solving."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def _solve_segment(work: Solving, task: SegmentTask, earlier: SegmentMotion | No
 
 
 def _left_by(segment_motion: SegmentMotion) -> Carry:
-    """What a segment hands over to the next."""
+    """The pose at the end of a segment, from which the next one begins."""
     last = segment_motion.pieces[-1]
     if isinstance(last, Unsolved):
         return held(last.carry)

@@ -1,4 +1,4 @@
-"""What an edit touches: the connected parts of a scene in which some statement changed."""
+"""The connected parts of a scene in which an edit changed a statement."""
 
 from __future__ import annotations
 

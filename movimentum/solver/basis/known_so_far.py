@@ -1,4 +1,4 @@
-"""Poses from the unknowns known so far, for finding where outlines are nearest to each other there."""
+"""Poses from the unknowns that are solved so far, used to find where outlines are nearest to each other."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ ASIDE = 1e-2
 
 
 def closes(step: PhaseStep) -> tuple[float, PartPair] | None:
-    """When the first of what does not touch comes to touch, and what that is."""
+    """The time of the first new contact in a step, and the contact; None where there is none."""
     gaps, coming = _gaps(step)
     some = [*_values(step), *gaps]
     first: tuple[float, PartPair] | None = None

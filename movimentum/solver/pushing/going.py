@@ -82,7 +82,7 @@ class Going:
         return not self.course.instant(tau, x, self.touching, True).whitened(self.which).free.shape[1]
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
-        """How long a step may be at most: outlines that are near move and turn only so much."""
+        """The longest step allowed: outlines that are near each other move and turn only a little in it."""
         bodies, most = self.course.contacts.bodies, self.course.ahead(tau)
         if not bodies.sides:
             return most
@@ -101,7 +101,7 @@ class Going:
         return min(most, float(np.min(np.maximum(bodies.apart(now), 0.0) / fast + near)))
 
     def seen(self, stride: Stride) -> tuple[float, FloatArray, FloatArray] | None:
-        """Where the phase ends in a step (time, values, rates): something happens there. None where it goes on."""
+        """Where the phase ends within a step (time, values, rates); None where it continues."""
         step = PhaseStep(self.course, self.held, self.at, self.passed, stride, self.which)
         closing, leaves = closes(step), step.leaves()
         if closing is not None and leaves is not None and leaves > closing[0] and step.replaces(closing[1], leaves):

@@ -219,7 +219,7 @@ class Whitened:
         return which[some][opening > PUSH_HOLDS]
 
     def _open(self, free: FloatArray) -> Rows:
-        """The inequalities that have a say in what is free."""
+        """The inequalities that restrict the free directions."""
         seen = np.linalg.norm(self.pushes @ free, axis=1) > PUSH_UNSEEN * self.reference
         return np.nonzero(seen)[0]
 
@@ -310,5 +310,5 @@ def openings(now: Instant, v: FloatArray) -> FloatArray:
 
 
 def stopped(holds: Rows, opening: FloatArray, tolerance: FloatArray) -> Rows:
-    """Those that hold, and those that do not open."""
+    """The active inequalities, and all others that do not open."""
     return np.union1d(holds, np.nonzero(opening <= tolerance)[0]).astype(np.intp)

@@ -23,7 +23,7 @@ Rows = NDArray[np.intp]
 
 
 def numbered(rows: Rows) -> list[int]:
-    """Their numbers."""
+    """The numbers of rows as a list."""
     found: list[int] = rows.tolist()
     return found
 

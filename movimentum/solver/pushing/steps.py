@@ -203,7 +203,7 @@ class PhaseStep:
         return float(self._slack(*self.places_at([contact], tau)[1:])[0])
 
     def left(self, tau: float, x: FloatArray) -> list[PartPair]:
-        """What holds and has left its parts."""
+        """The active contacts that have left their parts."""
         some = [contact for contact in self.held if contact.gap >= 0]
         if not some:
             return []

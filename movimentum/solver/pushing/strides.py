@@ -92,7 +92,7 @@ class Mixing:
 
 @dataclass(slots=True, eq=False)
 class Strides:
-    """What a phase has gone: its steps, each up to where it is used; the last may end at an event."""
+    """The steps of a phase, each up to where it is used; the last may end at an event."""
 
     going: Going
     tolerance: float

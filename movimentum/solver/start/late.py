@@ -1,4 +1,4 @@
-"""The first solution of a segment that has none at its beginning."""
+"""Finds the first time at which a segment without a solution at its beginning has one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds a Newton block's solution on the branch of its earlier path, long after the path's end.
+"""Finds a Newton block's solution on the branch of a path that ended long before.
 
 Meanwhile the block's inputs may have gone far away and come back from elsewhere, so Newton's method from the last pose
 finds nothing, or another branch. So the block is led there: starting from a pose of the path, its inputs go straight to

@@ -1,4 +1,4 @@
-"""Solutions whose contacts are not where the outlines are nearest: they satisfy the equations, and overlap."""
+"""Counts contacts away from where outlines are nearest: such solutions satisfy the equations but overlap."""
 
 from __future__ import annotations
 
