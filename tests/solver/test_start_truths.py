@@ -208,6 +208,29 @@ def test_a_part_is_laid_where_its_pins_want_it(size, degrees, pinned):
     assert placed(plan, Parts.of(plan), state, clocks, known) is known  # what has a pose already is not laid anew
 
 
+@pytest.mark.parametrize("far", [0.0, 1e7])
+@pytest.mark.parametrize("begin", [0.0, 20.0])
+@pytest.mark.parametrize("pins", [2, 1])
+def test_a_part_is_laid_from_any_pose_and_far_from_the_origin(far, begin, pins):
+    """Two pins, or one and an angle; poses are measured from a point near the pins."""
+    turn, place = cmath.exp(2j), complex(200.0 + far, 90.0 - 2.0 * far)
+    end = place + turn * complex(40, 30)
+    other = f"B.Q = [{end.real!r}, {end.imag!r}];" if pins == 2 else f"B.angle = {math.degrees(2.0)!r};"
+    plan = plan_of(TRIANGLE.format(a=40, b=30, more=f"A.P = [{place.real!r}, {place.imag!r}]; {other}"))
+    assert (plan.system.shift != (0.0, 0.0)) is (far > 0.0)
+    start = posed(3 - 8j, begin)
+    carry = as_drawn(plan.system.scene)
+    carry = replace(carry, now=replace(carry.now, things=(start,) * 3))
+    state: list = [None] * len(plan.system.unknowns)
+    if pins == 1:
+        state[unknown(plan, "B.angle")] = math.degrees(2.0)
+    moved = placed(plan, Parts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
+    for pose in moved.now.things:
+        assert complex(pose.x, pose.y) == pytest.approx(place, abs=1e-6)
+        assert complex(pose.c, pose.s) == pytest.approx(turn, abs=1e-9)
+        assert math.remainder(pose.angle - math.degrees(2.0), 360.0) == pytest.approx(0.0, abs=1e-7)
+
+
 def test_a_part_that_fits_nowhere_stays_as_it_is_drawn():
     plan = plan_of(TRIANGLE.format(a=40, b=30, more="A.P = [0, 0]; B.Q = [90, 0];"))
     carry = as_drawn(plan.system.scene)
@@ -562,6 +585,26 @@ def test_the_drawing_is_taken_where_it_is_closed(b, c, angle, how):
     assert complex(np.ravel(x)[0], np.ravel(y)[0]) == pytest.approx(min(ways)[1], abs=1e-9)
 
 
+@pytest.mark.parametrize("degrees", [0.0, 40.0, -150.0])
+@pytest.mark.parametrize("ahead", [1.0, 1.1])
+def test_two_bodies_pinned_as_they_are_drawn_decide_whatever_drives_them(degrees, ahead):
+    """A four-bar whose crank begins elsewhere than drawn is laid by its ground; where that is longer, it is not."""
+    turn, place = cmath.exp(1j * math.radians(degrees)), complex(70, -20)
+    ground = place + 100 * ahead * turn
+    text = FOUR_BAR.format(b=100, c=0, angle=degrees + 65)
+    text = text.replace("A.P = [0, 0]; A.angle", f"A.P = [{place.real!r}, {place.imag!r}]; A.angle")
+    text = text.replace("C.P = [100, 0]; @1", f"C.P = [{ground.real!r}, {ground.imag!r}]; @1")
+    plan = plan_of(text)
+    state: list = [None] * len(plan.system.unknowns)
+    state[unknown(plan, "A.angle")] = degrees + 65
+    carry = as_drawn(plan.system.scene)
+    moved = placed(plan, Parts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
+    exact = (place, turn) if ahead == 1.0 else (0j, 1 + 0j)
+    for pose in moved.now.things:
+        assert complex(pose.x, pose.y) == pytest.approx(exact[0], abs=1e-9)
+        assert complex(pose.c, pose.s) == pytest.approx(exact[1], abs=1e-9)
+
+
 def test_only_some_poses_are_remembered():
     plan = plan_of(numbers(ROOTS))
     search = StartSearch(
@@ -630,6 +673,26 @@ def test_the_first_violation_is_found_where_it_begins(statements, number, time):
     assert found[0] == number
     assert found[1] == pytest.approx(time, abs=1e-12)
     assert first_violation(piece, time - 1e-3) is None
+
+
+@pytest.mark.parametrize(("speed", "bound"), [(90, 0.99), (720, 0.5), (720, -0.2), (3000, 0.999)])
+def test_of_many_violations_the_first_is_found(speed, bound):
+    """sin(v t - 30) leaves the bound for the first time at (asin(bound) + 30) / v, and comes back many times."""
+    _, piece, _ = followed(f"x = .sin({speed}*.t - 30); x < {bound}; x > -2;")
+    found = first_violation(piece, 2.0)
+    assert found is not None
+    time = (math.degrees(math.asin(bound)) + 30.0) / speed
+    assert found == (0, pytest.approx(time, abs=1e-9 if time > 0 else 1e-6))
+
+
+@pytest.mark.parametrize("middle", [0.3, 1.234, 1.9])
+@pytest.mark.parametrize("width", [1e-2, 3e-4])
+def test_a_short_violation_between_nodes_is_found(middle, width):
+    """1 - k (t - m)² exceeds a half within ``width`` of m."""
+    _, piece, _ = followed(f"x = 1 - {0.5 / width**2}*(.t - {middle})*(.t - {middle}); x < 0.5;")
+    found = first_violation(piece, 2.0)
+    assert found is not None
+    assert found[1] == pytest.approx(middle - width, abs=1e-9)
 
 
 @pytest.mark.parametrize("time", [0.7, 1.5])
