@@ -7,6 +7,7 @@ Positions come from `Poses`, expressions are interpreted node by node in extende
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 
@@ -46,6 +47,7 @@ def motion_of(text: str, fps: int | Fraction | None = None) -> PathMotion:
     return solve(arrange(scene_of(text), fps=fps, max_frames=2_000_000))
 
 
+@cache
 def plan_of(text: str, step: int = 0) -> Plan:
     """The plan of one step of a script's text, which is not solved."""
     scene = scene_of(text)

@@ -499,7 +499,7 @@ def chain_script(count: int, links: list[tuple[int, int]], numbers: list[float])
     return f".config(10);\n{bars}\n@0\n{pins}\n{turns}\n@1\n"
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.data())
 def test_an_edit_touches_the_connected_parts(data):
     count = 6

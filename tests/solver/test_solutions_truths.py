@@ -303,6 +303,10 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     assert found[0] == pytest.approx(0.0 if more else 2.0 * unit, abs=1e-9)  # from where it is drawn on
     apart = rounds.values(motion, motion.poses_at([Fraction(3, 10), Fraction(17, 10)]))
     assert apart[1] - apart[0] == pytest.approx(unit * speed / 360 * 1.4, abs=1e-9)
+    unknown_start = Expr(place.op, place.args, place.payload.plain.counted())
+    if not more:  # of what is drawn nowhere, only what is seen is known
+        apart = counted(motion, unknown_start, lambda poses: once(poses)[0]).values(motion, poses)
+        np.testing.assert_allclose(apart, once(poses)[0])
     if more:
         np.testing.assert_allclose(poses.variables["k"] - poses.variables["k"][0], speed / 360 * poses.times, atol=1e-9)
 
