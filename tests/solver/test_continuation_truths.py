@@ -271,7 +271,7 @@ def test_each_way_keeps_to_its_branch(size):
     assert sign.tolist() == [0.0]
 
 
-@pytest.mark.parametrize(("size", "other"), [(50.0, "+ y*z - y*z; y = .cos(180*.t); z = .sin(90*.t)")])
+@pytest.mark.parametrize(("size", "other"), [(50.0, "+ y - .sqrt(.t + 1); y*y = .t + 1; y > 0")])
 def test_a_path_that_ended_goes_on_in_its_own_branch(size, other):
     """x³ - 3 x = p has its upper root for p >= -2: after p was below, x is that root again, not the lower one."""
     w = f"(x/{size})"
