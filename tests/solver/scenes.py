@@ -6,7 +6,10 @@ Positions come from `Poses`, expressions are interpreted node by node in extende
 
 from __future__ import annotations
 
+import cmath
+import math
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 
@@ -23,6 +26,7 @@ from movimentum.scene.model import (
     ThingProperty,
     VariableComponent,
 )
+from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
@@ -33,6 +37,11 @@ from movimentum.timeline.arrange import arrange
 
 WIDE = np.longdouble
 DEGREE = np.arctan(WIDE(1)) / 45
+
+ARMS = """.config(10); A : .bar P = [3, 4] Q = P + [5, 12]; B : .bar P = [30, 4] Q = P + [0, 20];
+@0 A.P = [1, 2]; A.Q.x = 4 + x; B.P = A.Q; B.Q.y = 3; x = 0; @1
+"""
+"""Two bars that hang together; a script for its unknowns."""
 
 
 def scene_of(text: str) -> Scene:
@@ -46,6 +55,7 @@ def motion_of(text: str, fps: int | Fraction | None = None) -> PathMotion:
     return solve(arrange(scene_of(text), fps=fps, max_frames=2_000_000))
 
 
+@cache
 def plan_of(text: str, step: int = 0) -> Plan:
     """The plan of one step of a script's text, which is not solved."""
     scene = scene_of(text)
@@ -56,6 +66,17 @@ def plan_of(text: str, step: int = 0) -> Plan:
 def unknown(plan: Plan, name: str) -> int:
     """The number of the unknown with that name."""
     return next(each.number for each in plan.system.unknowns if each.name == name)
+
+
+def numbers(statements: str, end: float = 1) -> str:
+    """A script about variables, for a scene of 100 pixels."""
+    return f".config(10, 100, 100); Bar : .bar A = [0, 0] B = A + [100, 0];\n@0 {statements} @{end}"
+
+
+def posed(place: complex, degrees: float) -> BodyPose:
+    """The pose of a thing that is turned by so much and whose origin is at ``place``."""
+    way = cmath.exp(1j * math.radians(degrees))
+    return BodyPose(place.real, place.imag, way.real, way.imag, degrees)
 
 
 def poses_of(text: str, fps: int | Fraction | None = None) -> Poses:

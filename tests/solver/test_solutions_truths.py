@@ -230,8 +230,8 @@ def test_a_factor_along_a_line_comes_from_the_drawing():
 
 
 CONTACT = """.config(10); Round : .curve O = [0, 0] .param(u, [60*.cos(u), 30*.sin(u)]);
-Pin : .bar A = [70, 5] B = A + [5, 0];
-@0 Round.O = [0, 0]; Round.angle = 0; .on(Pin.A, Round) = 8; (Pin.A - [20, 10]).l = 60; Pin.A.x > 0; Pin.angle = 0; @1
+Pin : .bar A = [70, 5] B = A + [60, 0];
+@0 Round.O = [0, 0]; Round.angle = 0; .on(Pin.A, Round) = 8; (Pin.A - [20, 10]).l = 49.5; Pin.A.x > 0; Pin.angle = 0; @1
 """
 
 
@@ -251,7 +251,7 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
     )
     first = carried_values(plan, block, carry)
     rng = np.random.default_rng(4)
-    starts = first + 0.4 * scale * rng.normal(size=(3 * EVERY, len(first)))
+    starts = first + 0.1 * scale * rng.normal(size=(3 * EVERY, len(first)))
     before = starts.copy()
     found = touching_starts(plan, problem, carry, starts)
     places = [j for j, n in enumerate(block.core) if isinstance(plan.system.unknowns[n].payload, ContactPlace)]
@@ -260,6 +260,7 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
     assert np.array_equal(found[~led], before[~led])
     angles = np.linspace(0.0, 2 * math.pi, 20001)
     ellipse = np.stack([60 * np.cos(angles), 30 * np.sin(angles)], axis=1)
+    met = []
     for x in found[led]:
         values = problem.completed(x[None])
         state = [values.get(n) for n in range(len(plan.system.unknowns))]
@@ -269,6 +270,8 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
             px, py = (float(v[0]) for v in place.touch.outline.values(np.array([x[j]]))[:2])
             away = math.hypot(px - pin[0], py - pin[1])
             assert away == pytest.approx(np.min(np.hypot(*(ellipse - np.array(pin)).T)), abs=1e-4)
+            met.append(abs(away - 8.0) < 1e-3 and abs(math.hypot(pin[0] - 20, pin[1] - 10) - 49.5) < 1e-3)
+    assert all(met)  # the pin is where it has to be, and not only its place
     few = before[: EVERY - 1].copy()
     assert touching_starts(plan, problem, carry, few) is few
 
@@ -300,6 +303,10 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     assert found[0] == pytest.approx(0.0 if more else 2.0 * unit, abs=1e-9)  # from where it is drawn on
     apart = rounds.values(motion, motion.poses_at([Fraction(3, 10), Fraction(17, 10)]))
     assert apart[1] - apart[0] == pytest.approx(unit * speed / 360 * 1.4, abs=1e-9)
+    unknown_start = Expr(place.op, place.args, place.payload.plain.counted())
+    if not more:  # of what is drawn nowhere, only what is seen is known
+        apart = counted(motion, unknown_start, lambda poses: once(poses)[0]).values(motion, poses)
+        np.testing.assert_allclose(apart, once(poses)[0])
     if more:
         np.testing.assert_allclose(poses.variables["k"] - poses.variables["k"][0], speed / 360 * poses.times, atol=1e-9)
 
