@@ -154,6 +154,11 @@ def test_a_belt_comes_back_and_a_drum_is_gone_round_once():
     assert len(hoist) == 50
     assert hoist[0] == pytest.approx(hoist[48])
     assert np.hypot(*hoist[:49].T) == pytest.approx(np.full(49, 20.0))
+    # between two drums each has the tangent of its own side
+    both = [(0j, 20.0), (complex(60.0, -80.0), 0.0), (complex(150.0, 30.0), -15.0)]
+    drawn = course(np.array([[[c.real, c.imag] for c, _ in both]]), tuple(r for _, r in both))[0] @ np.array([1.0, 1j])
+    assert drawn[48] == pytest.approx(tangent(both[0], both[1])[0], abs=1e-9)
+    assert drawn[50] == pytest.approx(tangent(both[1], both[2])[1], abs=1e-9)
     # a wheel that reaches beyond the next point has no tangent: it goes straight on
     assert np.isfinite(course(np.array([[[0.0, 0.0], [5.0, 0.0], [50.0, 0.0]]]), (0.0, 20.0, 0.0))).all()
 
