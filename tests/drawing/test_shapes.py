@@ -214,6 +214,10 @@ def test_a_pole_is_where_it_is_or_at_the_edge_in_its_direction():
     assert where[2] == pytest.approx([90.0, 40.0])
     assert where[3] == pytest.approx([50.0, 10.0])
     assert direction[3] == pytest.approx([0.0, -1.0])
+    beside = {(0, name): np.array([value]) for name, value in zip(POLE, (97.0, 40.0, 1.0), strict=True)}
+    assert not pole_place(mark, SimpleNamespace(frames=np.arange(1), properties=beside))[2][0]  # just inside
+    beside[0, POLE[0]] += 1.5
+    assert pole_place(mark, SimpleNamespace(frames=np.arange(1), properties=beside))[2][0]
     away = np.array([-450.0, 660.0])
     assert direction[4] == pytest.approx(away / np.hypot(*away))
     assert where[4] == pytest.approx(np.array([50.0, 40.0]) + away / 660.0 * 30.0)
@@ -240,7 +244,9 @@ def test_a_pole_is_a_circle_in_the_picture_and_an_arrow_to_it_outside():
     assert head.points[1, 0] == pytest.approx([90.0, 40.0])  # the arrow's tip is 10 from the edge
     assert (head.points[1, 1:, 0] < 90.0).all()
     assert head.points[1, 1, 1] - 40.0 == pytest.approx(40.0 - head.points[1, 2, 1])
-    assert shaft.points[1, 0, 0] < shaft.points[1, 1, 0] < 90.0
+    assert shaft.points[1, 0] == pytest.approx([68.0, 40.0])
+    assert 68.0 < shaft.points[1, 1, 0] < 90.0
+    assert shaft.points[1, 1, 1] == pytest.approx(40.0)
 
 
 @pytest.mark.parametrize("radius", [0.5, 40.0, 3e4])
