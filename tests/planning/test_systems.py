@@ -206,6 +206,30 @@ def test_a_four_bar_that_is_closed_satisfies_all_rows_and_has_no_freedom():
     assert np.linalg.matrix_rank(rows[:, directions], tol=1e-4) == len(directions) - 1
 
 
+def test_what_keeps_a_thing_rigid_holds_in_every_pose():
+    random = np.random.default_rng(4)
+    base = system_of(f"{THINGS} @0 {LOOP} Crank.angle = 0; @1")
+    for driven in (frozenset(), frozenset({0})):
+        system = with_rigidity(base, driven)
+        turns = {t: random.normal() * 100.0 for t in range(3)}
+        values = posed(system, {t: tuple(random.normal(size=2) * 90.0) for t in range(3)}, turns)
+        own = system.equations[len(base.equations) :]
+        assert len(own) == 6
+        for each in own:
+            off = valued(each.residual, values)
+            assert off - 360.0 * round(off / 360.0) == pytest.approx(0.0, abs=1e-9)
+            # and it is about this thing, and no more: turned farther than it says, it does not hold
+            assert {system.unknowns[n].thing for n in each.unknowns} == {each.thing}
+            (n, *_) = each.targets
+            assert abs(valued(each.residual, {**values, n: values[n] + 0.1})) > 1e-3
+
+
+def test_what_cancels_in_a_row_is_no_unknown_of_it():
+    system = system_of("@0 x + y - y = 3; z*(x + 1) - z*x = y; @1")
+    names = [{system.unknowns[n].name for n in each.unknowns} for each in system.equations]
+    assert names == [{"x"}, {"z", "y"}]
+
+
 def test_rates_are_the_derivatives_of_rows_along_a_motion():
     """Of a bar that turns about a pin and slides on a line: by differences along its motion."""
     system = system_of(
@@ -333,3 +357,32 @@ def test_a_segment_with_other_inequalities_has_the_same_equations():
     assert introduced(one, segments[0], frames) == introduced(other, segments[1], frames) == ()
     ((count, _),) = introduced(wider, segments[2], frames)
     assert count == 2
+    assert restated(first, wider, segments[2]) is None  # what it mentions is an unknown
+    squared = scene_of(text.format(">", "B.Q.y*B.Q.y < n + B.Q.y;"))
+    assert len(introduced(squared, arrange(squared).segments[0], frames)) == 1
+    # an inequality that comes first changes the numbers of all statements
+    before = scene_of("B : .bar P = [0,0] Q = [30,40]; @0 B.Q.x > 0; B.P = [0,0]; B.Q.y = 10 + .t; @1")
+    segment = arrange(before).segments[0]
+    again, fresh = restated(first, before, segment), structure_of(before, segment, {})
+    assert again is not None
+    assert [e.constraint for e in again.system.equations] == [e.constraint for e in fresh.system.equations]
+    assert [e.constraint for e in again.system.equations] != [e.constraint for e in first.system.equations]
+
+
+def test_what_only_measures_a_free_motion_comes_after_it_and_has_no_say_in_it():
+    text = "B : .bar P = [0,0] Q = [30,40]; @0 {} h = B.Q.y*2 + 1; g = h^2; far = B.P.x + k; k = 3*h; B.P.y = 5; @1"
+    for stated, free in (("", True), ("B.Q = [30,45];", False)):
+        scene = scene_of(text.format(stated))
+        structure = structure_of(scene, arrange(scene).segments[0], {})
+        names = [
+            {structure.system.unknowns[n].name for n in group.unknowns} for group in structure.decomposition.groups
+        ]
+        moving = [own for own, group in zip(names, structure.decomposition.groups, strict=True) if group.free]
+        assert bool(moving) == free
+        if free:
+            (own,) = moving
+            assert own == {"B.x", "B.cos", "B.sin"}
+            order = [name for own in names for name in sorted(own)]
+            assert order.index("B.x") < order.index("h") < order.index("k") < order.index("far")
+        for each in ("h", "g", "k", "far"):
+            assert {each} in names

@@ -74,7 +74,17 @@ def test_the_ink_of_rings_is_their_area(width):
         assert ink(disc((x, y), radius, width)) == pytest.approx(2.0 * math.pi * radius * width, rel=INK)
 
 
-@pytest.mark.parametrize("width", [0.3, 0.5, 0.7, 1.0, 1.6, 2.5, 7.0, 16.0, 60.0])
+@pytest.mark.parametrize("width", [0.05, 0.2, 0.7, 1.6])
+def test_the_ink_of_rings_smaller_than_a_pixel_is_their_area(width):
+    """Where the line is broader than the circle, it is a disc with the line's outer edge."""
+    for (x, y), _ in places(6, 8):
+        for radius in (0.02, 0.1, 0.3, 0.6, 0.79, 0.81, 1.5):
+            inner = max(radius - width / 2.0, 0.0)
+            area = math.pi * ((radius + width / 2.0) ** 2 - inner**2)
+            assert ink(disc((x, y), radius, width)) == pytest.approx(area, rel=INK, abs=1.5 / 255.0)
+
+
+@pytest.mark.parametrize("width", [0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.6, 2.5, 7.0, 16.0, 60.0])
 def test_the_ink_of_dots_is_their_area(width):
     """A pixel's coverage is a whole number of levels: of what is smaller than a pixel, that is the error."""
     area = math.pi * width**2 / 4.0

@@ -158,7 +158,8 @@ DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" width="200" height="100" vi
 <g transform="translate(10,5)"><circle id="c" cx="20" cy="15" r="10"/><ellipse id="e" cx="5" cy="6" rx="4" ry="2"/>
 <rect id="r" x="1" y="2" width="10" height="5"/><line id="l" x1="0" y1="0" x2="3" y2="4"/>
 <polyline id="o" points="0,0 5 0,5,5"/><polygon id="p" points="0,0 5 0,5,5"/>
-<path id="d" d="M0 0L10 0A5 5 0 0 1 10 10Z M50 50L60 60"/><text id="t">no</text></g></svg>"""
+<path id="d" d="M0 0L10 0A5 5 0 0 1 10 10Z M50 50L60 60"/><path id="q" d="M0 0L10 0L10 10 M9 9"/>
+<path id="b" d="M0 0L10 0L0 0"/><path id="w" d="L1 1"/><text id="t">no</text></g></svg>"""
 
 
 def test_elements_are_paths_in_pixels_of_the_drawing(tmp_path):
@@ -200,5 +201,10 @@ def test_elements_are_paths_in_pixels_of_the_drawing(tmp_path):
     assert closed
     assert pieces[-1][3] == pytest.approx((20.0, 10.0))
     assert points[:, 0].max() == pytest.approx(2.0 * (10 + 10 + 5), abs=1e-6)  # half a circle bulges by its radius
+    _, closed, pieces = of("q")  # its first subpath
+    assert not closed
+    assert [piece[3] for piece in pieces] == [(40.0, 10.0), (40.0, 30.0)]
+    assert of("b")[1]  # it comes back to where it began
+    assert not isinstance(path_of(str(file), "w"), tuple)
     assert not isinstance(path_of(str(file), "t"), tuple)
     assert not isinstance(path_of(str(file), "none"), tuple)

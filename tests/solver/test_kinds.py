@@ -10,18 +10,31 @@ from scipy.integrate import solve_ivp
 
 import movimentum as mv
 from movimentum.solver.kinds.across import at_instants, column
+from movimentum.source import SourceText
+from movimentum.variants.axes import Axis, VariantGrid
+from movimentum.variants.measures import read_measures
+from movimentum.variants.outcomes import VariantOutcome
+from movimentum.variants.sweep import SweepJob
+from movimentum.workflow.choices import Choices
 
 SCALES = (1e-3, 1.0, 1e5)
+MANY = 14
+"""Fewer variants are solved one by one."""
 
 
 def film(text):
     return mv.loads(f".config(20, 400, 400);\n{text}").solve()
 
 
-def measured(text, measure, **constants):
-    table = mv.loads(f".config(20, 400, 400);\n{text}").sweep(constants, measure=measure)
-    assert set(table.outcome.tolist()) == {"ok"}
-    return {name: np.asarray(table[name]) for name in measure}
+def measured(text, measures, k):
+    """Measures of variants of a script by its constant k, which are solved together, and not one by one."""
+    source = SourceText("test.mov", f".config(20, 400, 400);\n{text}")
+    grid = VariantGrid((Axis(("k",), np.asarray(k)[:, None]),))
+    family = SweepJob(source, Choices(), grid, read_measures(list(measures.items()), ("k",))).family()
+    rows = family.rows(np.arange(len(k)))
+    assert set(rows.outcomes.tolist()) == {VariantOutcome.OK.code}
+    assert family.together >= MANY - 3, family.reasons
+    return dict(zip(measures, rows.measures.T, strict=True))
 
 
 # --- given, and linear
@@ -49,9 +62,12 @@ def test_linear_blocks_are_numpys_solutions_at_all_times(seed):
 
 
 def test_linear_blocks_of_many_variants_are_numpys_solutions():
-    k = np.linspace(-0.5, 3.0, 7)
-    text = ".let k = 1; A : .disc(3) C = [0,0]; @0 (2 + k)*x + y = 3*k + .t; x - k*y = 1; A.C = [x, y]; @1"
-    found = measured(text, {"x": ".at(x, 0.5)", "y": ".max(y)"}, k=k)
+    k = np.linspace(-0.5, 3.0, MANY)
+    text = (
+        ".let k = 1; A : .bar P = [0,0] Q = [9,0];"
+        "@0 (2 + k)*x + y = 3*k + .t; x - k*y = 1; A.P = [x, y]; A.angle = 0; @1"
+    )
+    found = measured(text, {"x": ".at(x, 0.5)", "y": ".max(y)"}, k)
     for each, x, y in zip(k, found["x"], found["y"], strict=True):
         rows = np.array([[2.0 + each, 1.0], [1.0, -each]])
         assert x == pytest.approx(np.linalg.solve(rows, [3.0 * each + 0.5, 1.0])[0], rel=1e-9, abs=1e-9)
@@ -94,12 +110,12 @@ def test_both_solutions_are_passed_where_they_meet(scale):
 
 
 def test_a_dyad_of_many_variants_is_that_of_each():
-    k = np.linspace(-0.9, 0.9, 9)
+    k = np.linspace(-0.9, 0.9, MANY)
     text = (
         ".let k = 0.5; U : .bar O = [0,0] J = [30,40]; V : .bar P = [60,0] J = [30,40];"
         "@0 U.O = [0,0]; V.P = [60 + 20*k*.t, 0]; U.J = V.J; @1"
     )
-    found = measured(text, {"y": ".at(U.J.y, 1)"}, k=k)["y"]
+    found = measured(text, {"y": ".at(U.J.y, 1)"}, k)["y"]
     assert found == pytest.approx(np.sqrt(2500.0 - (30.0 + 10.0 * k) ** 2), rel=1e-9)
 
 
@@ -121,12 +137,12 @@ def test_angles_count_their_turns(rate):
 
 
 def test_angles_of_many_variants_count_their_turns():
-    k = np.array([-900.0, -90.0, 10.0, 200.0, 1500.0])
+    k = np.linspace(-900.0, 1500.0, MANY)
     text = (
         ".let k = 100; B : .bar O = [0,0] P = [10,20];"
         "@0 B.O = [3*k, 0]; B.P = B.O + ([10,20]).r(k*.t); turned = B.angle; @2"
     )
-    found = measured(text, {"most": ".max(turned)", "least": ".min(turned)"}, k=k)
+    found = measured(text, {"most": ".max(turned)", "least": ".min(turned)"}, k)
     assert found["most"] == pytest.approx(np.maximum(2.0 * k, 0.0), abs=1e-7)
     assert found["least"] == pytest.approx(np.minimum(2.0 * k, 0.0), abs=1e-7)
 
@@ -153,11 +169,11 @@ def test_a_bar_that_is_drawn_follows_a_tractrix_and_so_does_its_velocity(scale):
 
 
 def test_bars_of_many_variants_follow_their_tractrices():
-    k = np.array([15.0, 60.0])
-    text = ".let k = 20; B : .bar P = [0,0] Q = [0,-40]; @0 B.P = [k*.t, 0]; @2"
-    found = measured(text, {"x": ".at(B.Q.x, 2)", "y": ".at(B.Q.y, 1)"}, k=k)
-    one, two = (tractrix(np.pi / 2.0, t, k, 40.0) for t in (1.0, 2.0))
-    assert found["x"] == pytest.approx(2.0 * k - 40.0 * np.cos(two), abs=1e-6)
+    k = np.linspace(15.0, 60.0, MANY)
+    text = ".let k = 20; B : .bar P = [0,0] Q = [0,-40]; @0 B.P = [k*.t, 0]; @1"
+    found = measured(text, {"x": ".at(B.Q.x, 1)", "y": ".at(B.Q.y, 0.5)"}, k)
+    one, two = (tractrix(np.pi / 2.0, t, k, 40.0) for t in (0.5, 1.0))
+    assert found["x"] == pytest.approx(k - 40.0 * np.cos(two), abs=1e-6)
     assert found["y"] == pytest.approx(-40.0 * np.sin(one), abs=1e-6)
 
 
@@ -169,23 +185,23 @@ JOINED = (
 
 def test_what_is_joined_meets_where_anchors_move_least():
     """Three anchors against two; nothing has to turn."""
-    k = np.array([-30.0, 0.0, 10.0, 25.0])
+    k = np.linspace(-30.0, 25.0, MANY)
     motion = film(JOINED)
     assert motion["A.angle"] == pytest.approx(np.zeros(len(motion.times)), abs=1e-7)
     assert motion["A.P"][0] == pytest.approx([10.0 * 2.0 / 5.0, 10.0 * 2.0 / 5.0], abs=1e-7)
     assert motion["B.S"][0] == pytest.approx([50.0 - 10.0 * 3.0 / 5.0, 10.0 - 10.0 * 3.0 / 5.0], abs=1e-7)
-    found = measured(JOINED, {"x": ".at(A.P.x, 0)", "y": ".at(A.P.y, 0)"}, k=k)
-    assert found["x"] == pytest.approx(np.full(4, 4.0), abs=1e-7)
+    found = measured(JOINED, {"x": ".at(A.P.x, 0)", "y": ".at(A.P.y, 0)"}, k)
+    assert found["x"] == pytest.approx(np.full(MANY, 4.0), abs=1e-7)
     assert found["y"] == pytest.approx(k * 2.0 / 5.0, abs=1e-7)
 
 
 def test_a_height_that_is_stated_moves_a_bar_and_does_not_turn_it():
-    k = np.array([-20.0, 0.0, 55.0])
+    k = np.linspace(-20.0, 55.0, MANY)
     text = ".let k = 7; B : .bar P = [0,0] Q = [30,40]; @0 B.Q.y = k + 3*.t; @1"
-    found = measured(text, {"x": ".at(B.Q.x, 0)", "y": ".at(B.P.y, 0)", "turned": ".at(B.angle, 0)"}, k=k)
-    assert found["x"] == pytest.approx(np.full(3, 30.0), abs=1e-7)
+    found = measured(text, {"x": ".at(B.Q.x, 0)", "y": ".at(B.P.y, 0)", "turned": ".at(B.angle, 0)"}, k)
+    assert found["x"] == pytest.approx(np.full(MANY, 30.0), abs=1e-7)
     assert found["y"] == pytest.approx(k - 40.0, abs=1e-7)
-    assert found["turned"] == pytest.approx(np.zeros(3), abs=1e-7)
+    assert found["turned"] == pytest.approx(np.zeros(MANY), abs=1e-7)
 
 
 # --- differential equations
@@ -195,7 +211,10 @@ def test_a_height_that_is_stated_moves_a_bar_and_does_not_turn_it():
 def test_oscillators_are_those_of_scipy_one_by_one_and_together(seed):
     random = np.random.default_rng(seed)
     w, d = float(random.uniform(1.0, 4.0)), float(random.uniform(0.0, 0.5))
-    text = f".let k = {w!r}; A : .disc(3) C = [0,0]; @0 x = 1 + .i(v); v = .i(-k^2*x - {d!r}*v); A.C = [x, 0]; @2"
+    text = (
+        f".let k = {w!r}; A : .bar P = [0,0] Q = [9,0];"
+        f"@0 x = 1 + .i(v); v = .i(-k^2*x - {d!r}*v); A.P = [x, 0]; A.angle = 0; @2"
+    )
     motion = film(text)
 
     def truth(w, times):
@@ -205,8 +224,8 @@ def test_oscillators_are_those_of_scipy_one_by_one_and_together(seed):
 
     assert motion["x"] == pytest.approx(truth(w, motion.times)[0], abs=1e-8)
     assert motion["v"] == pytest.approx(truth(w, motion.times)[1], abs=1e-8)
-    k = np.linspace(0.5, 4.0, 5)
-    found = measured(text, {"x": ".at(x, 2)"}, k=k)["x"]
+    k = np.linspace(0.5, 4.0, MANY)
+    found = measured(text, {"x": ".at(x, 2)"}, k)["x"]
     assert found == pytest.approx([truth(each, [2.0])[0, 0] for each in k], abs=1e-7)
 
 

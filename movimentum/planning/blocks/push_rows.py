@@ -49,7 +49,7 @@ class PushRows:
     their constraints.
 
     Those in ``gaps`` are about outlines: what is added to each distance. Those in ``rates`` say how fast the value must
-    grow at least; ``wanted``: compiled; that rate, 0 for others.
+    grow at least; ``wanted``: compiled; that rate, 0 for others. Of the rates, ``clutches`` are always 0.
     """
 
     count: int
@@ -62,6 +62,7 @@ class PushRows:
     gaps: tuple[GapRow, ...]
     rates: frozenset[int]
     wanted: Compiled
+    clutches: frozenset[int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

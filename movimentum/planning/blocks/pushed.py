@@ -242,6 +242,7 @@ def _push_rows(pushes: Sequence[Push], block: Free, system: System, clocks: Cloc
         gaps,
         frozenset(k for k, push in enumerate(pushes) if push.rate is not None),
         compiled(wanted, clocks),
+        frozenset(k for k, push in enumerate(pushes) if push.rate is not None and push.rate.value == 0.0),
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from movimentum.arrays import FloatArray
+from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass
 from movimentum.solver.pushing.closing import closes
 from movimentum.solver.pushing.contacts import RATE, PartPair
@@ -66,6 +66,11 @@ class Going:
         self.loose = tuple(c for c in self.touching if c not in self.held and c.gap != RATE)
         self.event: Seen | None = None
 
+    @property
+    def posed(self) -> BoolArray:
+        """(k,) which of what holds keeps a pose: a rate does not, unless it is zero."""
+        return ~np.isnan(self.at)
+
     def first(self, determined: bool, tolerance: float) -> float:
         """The first step: all that may be, where nothing is free, or where it need not be exact (``tolerance``: of a
         step).
@@ -78,8 +83,11 @@ class Going:
         return held(self.course.instant(tau, x, self.touching, after), self.which)
 
     def determined(self, tau: float, x: FloatArray) -> bool:
-        """Whether nothing is free where the phase begins: there `velocity` has just been asked for."""
-        return not self.course.instant(tau, x, self.touching, True).whitened(self.which).free.shape[1]
+        """Whether poses alone tell how it moves, as nothing is free where the phase begins: there `velocity` has just
+        been asked for.
+        """
+        free = self.course.instant(tau, x, self.touching, True).whitened(self.which).free
+        return bool(self.posed.all()) and not free.shape[1]
 
     def longest(self, tau: float, x: FloatArray, rate: FloatArray) -> float:
         """The longest step allowed: outlines that are near each other move and turn only a little in it."""

@@ -164,13 +164,11 @@ def _begun(
     which = sorted({*which, *(k for k, contact in enumerate(some) if contact in shut)})
     problem = course.at(tau)
     values = course.contacts.lines([some[k] for k in which], problem, x[None]).first().values
-    wanted = course.contacts.wanted(problem, x[None])[0]
     at: list[float] = []
     for k, value in zip(which, values, strict=True):
         contact = some[k]
         if contact.gap == RATE:
-            still = wanted[contact.kind] == 0.0
-            at.append(float(value) if still else np.nan)
+            at.append(float(value) if contact.kind in course.contacts.rows.clutches else np.nan)
         else:
             at.append(0.0)
     return Going(course, tau, some, np.array(which, dtype=np.intp), at, passed), ()

@@ -220,7 +220,7 @@ class Strides:
                 return None, np.inf, rounds
             there, moving = held
             instants = course.instants(problem, near, there, going.touching)
-            found = velocities(instants, going.which)
+            found = velocities(instants, going.which, going.posed)
             if found is None:
                 return None, np.inf, rounds
             rates, free = found

@@ -47,9 +47,10 @@ class StepInstants:
     fan: FloatArray
 
 
-def velocities(now: StepInstants, which: Rows) -> tuple[FloatArray, FloatArray] | None:
-    """The velocities (F, n) with the contacts ``which`` kept as equations, as `law.held` gives each, and what projects
-    on the whitened directions (n, n) that are free at the last, before wishes. None where a number is not finite.
+def velocities(now: StepInstants, which: Rows, posed: BoolArray | None = None) -> tuple[FloatArray, FloatArray] | None:
+    """The velocities (F, n) with the contacts ``which`` (k,) kept as equations, as `law.held` gives each, and what
+    projects on the whitened directions (n, n) in which poses are free at the last, before wishes: only contacts that
+    are ``posed`` (k,; None: all) keep a pose. None where a number is not finite.
     """
     metric = now.metric
     white, scale = metric.whitening
@@ -63,6 +64,8 @@ def velocities(now: StepInstants, which: Rows) -> tuple[FloatArray, FloatArray] 
     if now.pull is not None:
         y = y - _times(free, now.pull @ white)
     first = free[-1]
+    if posed is not None and not posed.all():
+        first = _split(wide[-1:, np.append(np.ones(now.rows.shape[1], dtype=np.bool_), posed)])[1][0]
     for slopes, wants, damping in now.levels:
         whitened = slopes @ white
         along, sizes = _seen(whitened @ free, whitened)
