@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from movimentum.solver.block.local import Local  # noqa: E402
+from movimentum.solver.block.block_at_instant import BlockAtInstant  # noqa: E402
 from movimentum.solver.continuation import steps, trace  # noqa: E402
 from movimentum.solver.kinds import newton  # noqa: E402
 from movimentum.source import SourceText  # noqa: E402
@@ -182,23 +182,23 @@ def loosened(limits: steps.StepLimits, *, oriented: bool, long: bool) -> Iterato
     """Inside, steps count by ``limits``; ``oriented``: if the determinant keeps its sign; ``long``: nodes may be passed
     together.
     """
-    before = steps.CERTAIN, trace.attempt, steps.FEWEST, Local.orientation
-    steps.CERTAIN = limits
-    trace.attempt = functools.partial(before[1], limits=limits)
-    steps.FEWEST = before[2] if long else 10**9
+    before = steps.CERTAIN_STEP, trace.try_step, steps.FEWEST_NODES, BlockAtInstant.orientation
+    steps.CERTAIN_STEP = limits
+    trace.try_step = functools.partial(before[1], limits=limits)
+    steps.FEWEST_NODES = before[2] if long else 10**9
     if not oriented:
-        Local.orientation = lambda *_: 0.0
+        BlockAtInstant.orientation = lambda *_: 0.0
     try:
         yield
     finally:
-        steps.CERTAIN, trace.attempt, steps.FEWEST, Local.orientation = before
+        steps.CERTAIN_STEP, trace.try_step, steps.FEWEST_NODES, BlockAtInstant.orientation = before
 
 
 NOTHING = 1e9
 WAYS: dict[str, Callable[[], Any]] = {
     "all conditions": nullcontext,
-    "single steps, all conditions": lambda: loosened(steps.CERTAIN, oriented=True, long=False),
-    "no sign of the determinant": lambda: loosened(steps.CERTAIN, oriented=False, long=False),
+    "single steps, all conditions": lambda: loosened(steps.CERTAIN_STEP, oriented=True, long=False),
+    "no sign of the determinant": lambda: loosened(steps.CERTAIN_STEP, oriented=False, long=False),
     "any correction": lambda: loosened(steps.StepLimits(0.3, NOTHING, 0.05), oriented=True, long=False),
     "any mismatch of velocities": lambda: loosened(steps.StepLimits(0.3, 0.2, NOTHING), oriented=True, long=False),
     "any distance": lambda: loosened(steps.StepLimits(NOTHING, 0.2, 0.05), oriented=True, long=False),
@@ -213,7 +213,7 @@ def followed(triad: Triad, fps: int) -> tuple[FloatArray, FloatArray, int, int, 
     """
     timeline = arranged(understand(SourceText("triad.mov", triad.script(fps))), Choices())
     calls, seconds = [0], [0.0]
-    inner, followed_before = (trace.attempt, steps.attempt), newton.trace
+    inner, followed_before = (trace.try_step, steps.try_step), newton.trace_path
 
     def timed(*arguments: Any) -> Any:
         begin = time.process_time()
@@ -229,13 +229,13 @@ def followed(triad: Triad, fps: int) -> tuple[FloatArray, FloatArray, int, int, 
 
         return call
 
-    trace.attempt, steps.attempt = map(counting, inner)
-    newton.trace = timed
+    trace.try_step, steps.try_step = map(counting, inner)
+    newton.trace_path = timed
     try:
         motion = moved(timeline)
     finally:
-        trace.attempt, steps.attempt = inner
-        newton.trace = followed_before
+        trace.try_step, steps.try_step = inner
+        newton.trace_path = followed_before
     poses = motion.poses(0, timeline.frame_count)
     platform = next(thing for thing in timeline.scene.things if thing.name == "T")
     corner = poses.world(platform.number, platform.anchors[0].local)

@@ -106,7 +106,7 @@ def edits(path: Path, rounds: int) -> list[float]:
 
 def first_picture(engine: Engine, source: SourceText, time: Fraction) -> None:
     """What the engine shows before the path is known."""
-    if engine.revise(source).glimpse(time) is None:
+    if engine.revise(source).preview(time) is None:
         raise ValueError(f"{source.path}: no picture")
 
 

@@ -20,7 +20,7 @@ from mechanisms import Array, Mechanism, anchors, program
 
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.scene.build import build
-from movimentum.solver.motion import BATCH, PathMotion
+from movimentum.solver.motion import FRAMES_AT_A_TIME, PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.solver.solver import solve
@@ -81,8 +81,8 @@ def _watched(totals: dict[str, float]) -> Iterator[None]:
 
 def _solved(motion: PathMotion, segment_motion: SegmentMotion, piece: Piece, frames: int) -> None:
     """Solve all frames, in the batches in which poses are made."""
-    for begin in range(0, frames, BATCH):
-        piece.solve(motion.instants(segment_motion, begin, min(begin + BATCH, frames)), windings=False)
+    for begin in range(0, frames, FRAMES_AT_A_TIME):
+        piece.solve(motion.instants(segment_motion, begin, min(begin + FRAMES_AT_A_TIME, frames)), windings=False)
 
 
 def run(m: Mechanism, frames: int, repeats: int = 1) -> Solved:

@@ -19,8 +19,8 @@ from __future__ import annotations
 TYPE_CHECKING = False  # `typing` would be the first import of every command, when Ctrl-C is not handled yet
 if TYPE_CHECKING:
     from movimentum import stages as stages
+    from movimentum.analysis.contact_events import Contact as Contact
     from movimentum.analysis.gaps.overlaps import Overlap as Overlap
-    from movimentum.analysis.happenings import Contact as Contact
     from movimentum.api.arguments import Limits as Limits
     from movimentum.api.moments import Moments as Moments
     from movimentum.api.motion import Motion as Motion
@@ -53,7 +53,7 @@ _HOME = {
     "Motion": "movimentum.api.motion",
     "MovimentumError": "movimentum.errors",
     "NoSolutionError": "movimentum.errors",
-    "Contact": "movimentum.analysis.happenings",
+    "Contact": "movimentum.analysis.contact_events",
     "Overlap": "movimentum.analysis.gaps.overlaps",
     "Script": "movimentum.api.script",
     "ScriptError": "movimentum.errors",

@@ -19,7 +19,7 @@ from movimentum.budget import DEFAULT_MEGABYTES, LEAST_ROOM_MIB, OverBudget, Sho
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import MovimentumError
 from movimentum.output.files import FULL, unwritable
-from movimentum.output.parts import discard, has_parts
+from movimentum.output.partial_files import discard, has_parts
 from movimentum.signals import Interruption, Terminated, handled_signals, ignored_signals
 from movimentum.source import SourceText
 from movimentum.terminal import visible_json, visible_lines
@@ -42,7 +42,7 @@ _HOW_TO_REPORT = (
 )
 
 
-class ReaderGone(Exception):
+class ReaderClosed(Exception):
     """The reader of our standard output closed it early (``| head``)."""
 
 
@@ -294,7 +294,7 @@ def _exit_code(work: Callable[[], int], console: Console, interruption: Interrup
         code = work()
         _to_stdout(lambda stream: stream.flush())
         return code
-    except (BrokenPipeError, ReaderGone):  # a stream that nobody reads to its end is no error
+    except (BrokenPipeError, ReaderClosed):  # a stream that nobody reads to its end is no error
         _drop_stdout()
         return DONE
     except MovimentumError as error:

@@ -21,7 +21,7 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation
 from pygments.token import _TokenType as TokenKind  # pyright: ignore[reportPrivateUsage]
 
 from movimentum.syntax.grammar import Terminal, load_tables
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import THING_MEMBERS, VECTOR_MEMBERS
 from movimentum.things.registry import SHAPES
 
 KINDS: dict[str, tuple[TokenKind, str]] = {

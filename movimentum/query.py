@@ -22,7 +22,7 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing, Cord
 from movimentum.scene.model import AnchorCoordinate, Claim, Scene, ThingAngle, ThingProperty, VariableComponent
-from movimentum.solver.motion import AnyMotion, PathMotion
+from movimentum.solver.motion import MotionOfAnyAccuracy, PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText, Span
 from movimentum.timeline.model import Timeline
@@ -104,14 +104,14 @@ def _needs_motion(expressions: Sequence[Expr]) -> bool:
 
 def _along(motion: PathMotion, expressions: Sequence[Expr]) -> dict[Expr, Callable[[Poses], FloatArray]]:
     """What one pose does not tell, and how to read it in poses of a motion."""
-    from movimentum.solver.counted import counted, counts, seen  # few scripts have any
     from movimentum.solver.rates.rates import rates_at
+    from movimentum.solver.round_counting import count_rounds, counts_rounds, visible_value  # few scripts have any
 
     scene = motion.timeline.scene
 
     def turning(node: Expr) -> Callable[[Poses], FloatArray]:
-        at_once = reader(scene, [seen(node)])
-        track = counted(motion, node, lambda poses: at_once(poses)[0])
+        at_once = reader(scene, [visible_value(node)])
+        track = count_rounds(motion, node, lambda poses: at_once(poses)[0])
         return lambda poses: track.values(motion, poses)
 
     def at_another_time(node: Expr) -> Callable[[Poses], FloatArray]:
@@ -129,7 +129,7 @@ def _along(motion: PathMotion, expressions: Sequence[Expr]) -> dict[Expr, Callab
             found[node] = moving(node)
         elif node.op == "reduction" and node.payload == "at":
             found[node] = at_another_time(node)
-        elif counts(node):
+        elif counts_rounds(node):
             found[node] = turning(node)
     return found
 
@@ -151,13 +151,13 @@ class Query:
         """Whether there may be something in it that goes on for more than a round."""
         return _needs_motion(self.expressions)
 
-    def along(self, motion: AnyMotion) -> Query:
+    def along(self, motion: MotionOfAnyAccuracy) -> Query:
         """The same, in poses of a motion only: whole rounds of contacts and cords are counted along it (`reader`)."""
         if not self.goes_round:
             return self
         return make_query(motion.timeline.scene, self.text, self.expressions, motion.path)
 
-    def rates(self, motion: AnyMotion, order: int, times: Sequence[Fraction]) -> FloatArray:
+    def rates(self, motion: MotionOfAnyAccuracy, order: int, times: Sequence[Fraction]) -> FloatArray:
         """(F, n): its velocity (``order`` 1) or acceleration (2) at ``times`` (ascending), per time unit.
 
         Exact, from the derivatives of the equations; see `solver.rates` for one-sided rates and `UndefinedRate`.

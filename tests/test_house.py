@@ -25,7 +25,9 @@ LISTS = {"movimentum.tolerances"}
 """Modules that are looked things up in, and not read."""
 
 LONG_FUNCTIONS = {
-    "movimentum.solver.continuation.free_motion:drift": "a step control whose branches all read and change one state",
+    "movimentum.solver.continuation.free_motion:integrate_free_motion": (
+        "a step control whose branches all read and change one state"
+    ),
 }
 """Functions that may be longer, ``module:name``, and why they read better in one piece."""
 
@@ -215,7 +217,7 @@ SPEAKS_OF_OPTIONS = {
     "movimentum.markup": "CSS",
     "movimentum.advice": "the one place where options are spelled",
     "movimentum.interop.recognised": "a whole command that can be typed",
-    "movimentum.editing.words": "help on a word, not on what was asked",
+    "movimentum.editing.word_help": "help on a word, not on what was asked",
 }
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from movimentum.cancellation import Cancelled, cancellable, look
 from movimentum.memo import Memo
-from movimentum.solver.basis.effort import GivenUp, charge, limited
-from movimentum.solver.basis.memory import memoized, remembering
+from movimentum.solver.basis.block_memo import memoized, use_memo
+from movimentum.solver.basis.effort import EffortExceeded, charge_effort, limit_effort
 
 
 def test_what_nobody_asks_for_is_forgotten() -> None:
@@ -39,7 +39,7 @@ def _found(key: object, calls: list[object]) -> str:
 def test_what_is_remembered_is_found_once() -> None:
     calls: list[object] = []
     memory = Memo(4)
-    with remembering(memory):
+    with use_memo(memory):
         assert [_found(key, calls) for key in (1, 2, 1)] == ["found 1", "found 2", "found 1"]
         assert [_found(None, calls) for _ in range(2)] == ["found None"] * 2
     assert calls == [1, 2, None, None]
@@ -49,18 +49,18 @@ def test_what_is_remembered_is_found_once() -> None:
 
 def test_what_is_given_up_does_not_depend_on_what_was_found_before() -> None:
     def dear() -> str:
-        charge(10)
+        charge_effort(10)
         return "dear"
 
-    with remembering(Memo(4)):
+    with use_memo(Memo(4)):
         assert memoized(lambda: "dear", dear) == "dear"
-        with pytest.raises(GivenUp), limited(5):
+        with pytest.raises(EffortExceeded), limit_effort(5):
             memoized(lambda: "dear", dear)
-        with limited(25) as left:
+        with limit_effort(25) as left:
             assert memoized(lambda: "dear", dear) == "dear"
             assert memoized(lambda: "more", lambda: memoized(lambda: "dear", dear)) == "dear"
         assert left == [5]
-        with pytest.raises(GivenUp), limited(5):
+        with pytest.raises(EffortExceeded), limit_effort(5):
             memoized(lambda: "more", dear)
 
 

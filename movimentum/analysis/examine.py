@@ -11,28 +11,28 @@ import numpy as np
 from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.ambiguity import ambiguities
 from movimentum.analysis.diagnose.claims import claim_diagnostics
-from movimentum.analysis.diagnose.forgotten import forgotten, odd_looks
 from movimentum.analysis.diagnose.jumps import film_loops, jumps
+from movimentum.analysis.diagnose.locations import span_of_blocks, things_of
 from movimentum.analysis.diagnose.meshing import fitted_teeth, misplaced_gears
-from movimentum.analysis.diagnose.places import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.analysis.diagnose.undetermined import (
     empty_graphs,
     free_motions,
     undefined_arrows,
     unstated_names,
-    valueless,
+    variables_without_value,
 )
-from movimentum.analysis.diagnose.verify import Shortfall, first_shortfall
+from movimentum.analysis.diagnose.unused_things import unmentioned_things, unseen_looks
+from movimentum.analysis.diagnose.verify import UnsolvedFrame, first_unsolved_frame
 from movimentum.analysis.freedom.degrees import BlockRank, block_ranks, parts_of
 from movimentum.analysis.report import StepReport, step_report
 from movimentum.diagnostics import Diagnostic, Severity, real
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import cords_of
 from movimentum.settings import Advice
-from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
+from movimentum.solver.continuation.tracks import NodeTrack, OdeTrack
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, UnsolvedInterval
 from movimentum.source import Span
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP, ROUNDING
@@ -101,15 +101,15 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
     for index, segment_motion in enumerate(motion.segments):
         ranks = block_ranks(segment_motion)
         every.append(ranks)
-        if fault == 0 and segment_motion.troubles:
-            from movimentum.analysis.diagnose.failure import failure_diagnostic, not_looked_at
+        if fault == 0 and segment_motion.failures:
+            from movimentum.analysis.diagnose.failure import failure_diagnostic, unexamined_failures
 
-            trouble = min(segment_motion.troubles, key=lambda item: item.begin)
-            diagnostic, fault = failure_diagnostic(motion, segment_motion, trouble, advice)
+            failure = min(segment_motion.failures, key=lambda item: item.begin)
+            diagnostic, fault = failure_diagnostic(motion, segment_motion, failure, advice)
             found.append(diagnostic)
-            last = segment_motion.troubles[-1]
-            if last.kind is FailureKind.LIMIT and last is not trouble:
-                found.append(not_looked_at(segment_motion, last))
+            last = segment_motion.failures[-1]
+            if last.kind is FailureKind.LIMIT and last is not failure:
+                found.append(unexamined_failures(segment_motion, last))
         for diagnostic in (
             *ambiguities(trials, index),
             *free_motions(trials, index, ranks),
@@ -125,10 +125,10 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
                 reported.add(key)
                 found.append(diagnostic)
     found.extend(_idle_selectors(motion))
-    found.extend(forgotten(motion))
-    found.extend(valueless(motion))
+    found.extend(unmentioned_things(motion))
+    found.extend(variables_without_value(motion))
     found.extend(() if drawn is None else drawn(motion))
-    found.extend((*undefined_arrows(motion), *empty_graphs(motion), *odd_looks(motion)))
+    found.extend((*undefined_arrows(motion), *empty_graphs(motion), *unseen_looks(motion)))
     misplaced = list(misplaced_gears(motion))
     found.extend(misplaced)
     found.extend((*fitted_teeth(motion), *_cords_and_contacts(motion)))
@@ -141,7 +141,7 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
         from movimentum.analysis.diagnose.wishes import wish_diagnostics
 
         found.extend(wish_diagnostics(motion))
-    missing = first_shortfall(motion) if every_frame else None
+    missing = first_unsolved_frame(motion) if every_frame else None
     if missing is not None and fault == 0:
         found.append(_unsolved_frame(motion, missing))
         fault = 3
@@ -157,9 +157,9 @@ def _examined(motion: PathMotion, every_frame: bool, advice: Advice, drawn: Draw
 def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
     """Diagnostics of cords and contacts, whose modules are loaded only if a script has any."""
     if any(map(cords_of, motion.timeline.scene.constraints())):
-        from movimentum.analysis.diagnose.cords import slack
+        from movimentum.analysis.diagnose.cords import slack_cords
 
-        yield from slack(motion)
+        yield from slack_cords(motion)
     if any(item.touches for segment_motion in motion.segments for item in segment_motion.segment.active):
         from movimentum.analysis.diagnose.contacts import overlapping_contacts
 
@@ -177,7 +177,7 @@ def _cords_and_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
 def _unresolved(segment_motion: SegmentMotion) -> Iterator[Diagnostic]:
     """The motion is too fast, for too long, to be followed closely enough to see everything on its way."""
     for piece in segment_motion.pieces:
-        if isinstance(piece, Unsolved) or piece.resolved:
+        if isinstance(piece, UnsolvedInterval) or piece.resolved:
             continue
         begin, end = (time_text(float(segment_motion.segment.start) + tau) for tau in (piece.begin, piece.end))
         yield Diagnostic(
@@ -195,16 +195,16 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
     differential equations that magnify rounding.
     """
     for piece in segment_motion.pieces:
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             continue
         for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
             rows = block.free_rows
             large = rows is not None and rows.sparse is not None
             usual = LARGE_FREE_MOTION_STEP if large else FREE_MOTION_STEP
-            if isinstance(track, FlowTrack):
-                from movimentum.analysis.diagnose.ends import uncertain
+            if isinstance(track, OdeTrack):
+                from movimentum.analysis.diagnose.tables_and_odes import uncertain_solution
 
-                yield from uncertain(segment_motion, block, track)
+                yield from uncertain_solution(segment_motion, block, track)
                 track = track.core
             if not isinstance(track, NodeTrack) or track.tolerance <= usual:
                 continue
@@ -230,7 +230,7 @@ def _inaccurate(motion: PathMotion, segment_motion: SegmentMotion) -> Iterator[D
 def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
     segment_motion = motion.segments[index]
     span = motion.span(index, 0, motion.timeline.frame_count)
-    if span is None or any(t.kind is FailureKind.START for t in segment_motion.troubles):
+    if span is None or any(t.kind is FailureKind.START for t in segment_motion.failures):
         return
     from movimentum.analysis.diagnose.verify import nearly_singular
 
@@ -256,7 +256,7 @@ def _ill_conditioned(motion: PathMotion, index: int) -> Iterator[Diagnostic]:
 
 
 def _redundancies(segment_motion: SegmentMotion, ranks: list[BlockRank]) -> Iterator[Diagnostic]:
-    if any(t.kind is FailureKind.START for t in segment_motion.troubles):
+    if any(t.kind is FailureKind.START for t in segment_motion.failures):
         return
     system = segment_motion.plan.system
     for rank in ranks:
@@ -308,7 +308,7 @@ def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
             decisive |= {c for i in numbers if (c := selectors[i].constraint) is not None}
         decisive |= {
             c
-            for t in segment_motion.troubles
+            for t in segment_motion.failures
             if t.selector is not None and (c := selectors[t.selector].constraint) is not None
         }
     for constraint, span in sorted(stated.items()):
@@ -324,7 +324,7 @@ def _idle_selectors(motion: PathMotion) -> Iterator[Diagnostic]:
 # --- the final check
 
 
-def _unsolved_frame(motion: PathMotion, missing: Shortfall) -> Diagnostic:
+def _unsolved_frame(motion: PathMotion, missing: UnsolvedFrame) -> Diagnostic:
     """The first frame that the paths promised and that could not be solved after all."""
     segment_motion = missing.segment_motion
     time = time_text(float(motion.timeline.frame_time(missing.frame)))

@@ -11,10 +11,10 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.expressions import Expr, clock, ratio, sub, substitute, walk
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import Constraint, Relation
-from movimentum.solver.assembly import carry_at
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.pose_assembly import carried_at
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.solver.solver import solve
 from movimentum.text import number, time_text
 from movimentum.timeline.arrange import arrange
@@ -27,7 +27,7 @@ MOST_TIMES = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Apart:
+class LargestDifference:
     """Where two motions are farthest apart: ``anchor`` by ``amount`` pixels at ``time``; ``first``: when they part."""
 
     anchor: str
@@ -36,7 +36,9 @@ class Apart:
     first: float | None
 
 
-def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwards: bool = False) -> Apart:
+def _largest_difference(
+    one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwards: bool = False
+) -> LargestDifference:
     """Compare at ``times`` (ascending); ``backwards``: the other motion runs from the end to the beginning.
 
     A step's own time belongs to that step, whichever way time runs. So the times of steps are left out then.
@@ -49,7 +51,7 @@ def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwa
     both = a.solved & b.solved[turn]
     if backwards:
         both &= ~np.isin([float(time) for time in times], [float(s.start) for s in timeline.segments[1:]])
-    worst = Apart("", 0.0, float(times[0]), None)
+    worst = LargestDifference("", 0.0, float(times[0]), None)
     off = np.zeros(len(times))
     for thing in timeline.scene.things:
         for anchor in thing.anchors if thing.is_body else ():
@@ -58,7 +60,7 @@ def _apart(one: PathMotion, other: PathMotion, times: Sequence[Fraction], backwa
             off = np.maximum(off, far)
             place = int(np.argmax(far))
             if far[place] > worst.amount or not worst.anchor:
-                worst = Apart(f"{thing.name}.{anchor.name}", float(far[place]), float(times[place]), None)
+                worst = LargestDifference(f"{thing.name}.{anchor.name}", float(far[place]), float(times[place]), None)
     bad = np.nonzero(off > INVARIANT * one.size)[0]
     first = bad[-1 if backwards else 0] if len(bad) else None
     return replace(worst, first=None if first is None else float(times[int(first)]))
@@ -90,10 +92,10 @@ def frame_rate_diagnostics(
         what = "nothing is wrong" if there is None else f"there is an error: {there.message}"
         yield Diagnostic("check/fps-invariance", Severity.ERROR, f"{how} {what}", None if there is None else there.span)
         return
-    yield _diagnostic("check/fps-invariance", how, _apart(motion, other, times))
+    yield _diagnostic("check/fps-invariance", how, _largest_difference(motion, other, times))
 
 
-def _diagnostic(code: str, how: str, found: Apart) -> Diagnostic:
+def _diagnostic(code: str, how: str, found: LargestDifference) -> Diagnostic:
     same = found.first is None
     amount = f"{number(found.amount, 2)} px at t = {time_text(found.time)}"
     if same:
@@ -125,18 +127,20 @@ def reverse_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
         return
     last = motion.segments[-1]
     piece = last.pieces[-1]
-    assert not isinstance(piece, Unsolved)
-    carried = carry_at(last, piece, float(last.segment.end - last.segment.start), last.base)
-    backwards = solve(_reversed(motion.timeline), Carry(carried.now))
+    assert not isinstance(piece, UnsolvedInterval)
+    carried = carried_at(last, piece, float(last.segment.end - last.segment.start), last.base)
+    backwards = solve(_reversed(motion.timeline), PoseState(carried.now))
     yield _diagnostic(
-        "check/reverse", "run backwards from its end", _apart(motion, backwards, _times(motion), backwards=True)
+        "check/reverse",
+        "run backwards from its end",
+        _largest_difference(motion, backwards, _times(motion), backwards=True),
     )
 
 
 def _irreversible(motion: PathMotion) -> str | None:
     for segment_motion in motion.segments:
         when = f"in the step at t = {time_text(float(segment_motion.segment.start))}"
-        if segment_motion.troubles or any(isinstance(piece, Unsolved) for piece in segment_motion.pieces):
+        if segment_motion.failures or any(isinstance(piece, UnsolvedInterval) for piece in segment_motion.pieces):
             return f"there is no solution all the way {when}"
         if any(b.free for b in segment_motion.plan.blocks):
             return f"something moves freely {when}"

@@ -16,7 +16,7 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import usage_error
 from movimentum.query import Query
 from movimentum.records import dataclass
-from movimentum.solver.motion import AnyMotion
+from movimentum.solver.motion import MotionOfAnyAccuracy
 from movimentum.solver.poses import Poses
 from movimentum.text import counted, time_text
 from movimentum.timeline.model import Timeline
@@ -33,14 +33,14 @@ def instant(timeline: Timeline, time: Number) -> Fraction:
     return next((step for step in steps if float(step) == float(found)), found)
 
 
-def values_of(motion: AnyMotion, query: Query, chunks: Iterable[Poses]) -> FloatArray:
+def values_of(motion: MotionOfAnyAccuracy, query: Query, chunks: Iterable[Poses]) -> FloatArray:
     """(F,) or (F, 2) in poses of a motion."""
     query = query.along(motion)
     return _narrowed(np.concatenate([query.values(poses) for poses in chunks]) + 0.0)
 
 
 def rates_of(
-    motion: AnyMotion, query: Query, order: int, ascending: Sequence[Fraction], solved: BoolArray
+    motion: MotionOfAnyAccuracy, query: Query, order: int, ascending: Sequence[Fraction], solved: BoolArray
 ) -> FloatArray:
     """(F,) or (F, 2) derivatives; nan where there is no solution."""
     from movimentum.solver.rates.rates import UndefinedRate

@@ -38,8 +38,8 @@ from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import Solution, afterwards, arranged, examined
 
 if TYPE_CHECKING:  # few ask for more than arrays
+    from movimentum.analysis.contact_events import Contact
     from movimentum.analysis.gaps.overlaps import Overlap
-    from movimentum.analysis.happenings import Contact
     from movimentum.api.results import Written
 
 
@@ -236,7 +236,7 @@ class Motion:
     @property
     def contacts(self) -> list[Contact]:
         """Contact events between things that push each other, in order of time: see `movimentum.Contact`."""
-        from movimentum.analysis.happenings import contacts
+        from movimentum.analysis.contact_events import contacts
 
         return contacts(self.solution.motion.path)
 

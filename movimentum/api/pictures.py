@@ -52,7 +52,7 @@ def picture_of(
     max_pixels: int | None,
 ) -> Picture:
     """The keywords of `Motion.render`, checked."""
-    from movimentum.drawing.options import Quality, Show
+    from movimentum.drawing.picture_options import Quality, Show
     from movimentum.vector.write import TextForm
 
     if at is not None and frames is not None:

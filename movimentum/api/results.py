@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from movimentum.fitting.fit import FitJob, Fitted
     from movimentum.fitting.summary import AimOutcome
     from movimentum.scene.model import Purpose, Scene
-    from movimentum.solver.motion import AnyMotion
+    from movimentum.solver.motion import MotionOfAnyAccuracy
     from movimentum.solver.poses import Poses
     from movimentum.variants.outcomes import VariantRows
     from movimentum.workflow.choices import Choices
@@ -48,14 +48,14 @@ class Written:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def data_frame(motion: AnyMotion, chunks: Iterable[Poses], frames: IntArray) -> Any:
+def data_frame(motion: MotionOfAnyAccuracy, chunks: Iterable[Poses], frames: IntArray) -> Any:
     """See `Motion.to_dataframe`."""
-    from movimentum.analysis.diagnose.undetermined import never_valued
+    from movimentum.analysis.diagnose.undetermined import variables_never_valued
     from movimentum.interop.tables import columns
 
     pandas = _pandas()
     scene, parts = motion.timeline.scene, list(chunks)
-    found = columns(scene, never_valued(motion.path))
+    found = columns(scene, variables_never_valued(motion.path))
     table = {column.name: np.concatenate([column.values(poses) for poses in parts]) for column in found}
     for name, variable in scene.variables.items():
         missing = np.concatenate([poses.missing.get(name, np.zeros(len(poses.times), bool)) for poses in parts])

@@ -26,10 +26,10 @@ from movimentum.planning.lowering.unknowns import PosePart, unknown_number
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import ThingAngle
-from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
+from movimentum.solver.arithmetic.evaluation import Evaluator, ordered_nodes
 from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.problem import scale_of
-from movimentum.solver.path.piece import Piece, evaluated
+from movimentum.solver.path.piece import Piece, evaluate_piece
 from movimentum.tolerances import INDEPENDENT_EQUATIONS, JUMP_IN_TUBE, ROOM_AT_INSTANT, ROOM_IN_TUBE, UNIT_ROUNDOFF
 
 TRIES = 4
@@ -117,7 +117,7 @@ class Encloser:
 
         plan = self.plan
         drawn = [n.number for n in plan.system.unknowns if isinstance(n.payload, PosePart | ThingAngle)]
-        self.needed = plan.behind(drawn)
+        self.needed = plan.rate_blocks(drawn)
         self.moving = frozenset(
             n for number in self.needed if plan.blocks[number].moving for n in plan.blocks[number].unknowns
         )
@@ -197,7 +197,7 @@ class Encloser:
 
         linalg: Any = library
         middle = np.array([at])
-        state, _ = evaluated(self.piece, self.piece.instants(middle))
+        state, _ = evaluate_piece(self.piece, self.piece.instants(middle))
         tubes = Tubes(middle, middle, np.full(1, -1.0), np.zeros(1, dtype=np.bool_))
         for n, value in enumerate(state):
             if value is not None:
@@ -216,7 +216,7 @@ class Encloser:
     def values(self, expressions: Sequence[Expr], found: Tubes) -> list[TimeForm]:
         """Expressions of enclosed unknowns."""
         self.forms.jump = 0.0  # of as many intervals as were evaluated before
-        return self.evaluator.values(ordered(expressions), expressions, self._leaf(found, {}))
+        return self.evaluator.values(ordered_nodes(expressions), expressions, self._leaf(found, {}))
 
     def _leaf(
         self, found: Tubes, own: dict[int, TimeForm], part: BoolArray | None = None
@@ -347,7 +347,7 @@ class Guess:
 def _guess(piece: Piece, begin: FloatArray, end: FloatArray, unknowns: Iterable[int]) -> Guess:
     count = len(begin)
     with np.errstate(all="ignore"):
-        state, _ = evaluated(piece, piece.instants(np.concatenate([begin, 0.5 * (begin + end), end])))
+        state, _ = evaluate_piece(piece, piece.instants(np.concatenate([begin, 0.5 * (begin + end), end])))
     found = Guess({}, {}, {})
     for n in unknowns:
         value = state[n]

@@ -24,7 +24,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.timeline.model import HeldClaim
+from movimentum.timeline.model import TimedClaim
 from movimentum.tolerances import CLAIM_MET, MARGIN_KNOWN, NEAREST_BOUND, UNIT_ROUNDOFF
 
 ROUNDS = 48
@@ -53,7 +53,7 @@ class Bound:
     units; ``time``: where it is narrowest, about. ``why`` it is undecided.
     """
 
-    held: HeldClaim
+    timed_claim: TimedClaim
     verdict: BoundVerdict
     margin: float
     time: float
@@ -62,7 +62,7 @@ class Bound:
     @property
     def counts(self) -> bool:
         """Whether it is missing from a certificate: an equality to within little is for `prove`, not for tubes."""
-        return self.verdict is BoundVerdict.UNDECIDED and self.held.claim.relation is not Relation.EQUAL
+        return self.verdict is BoundVerdict.UNDECIDED and self.timed_claim.claim.relation is not Relation.EQUAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,30 +84,30 @@ def is_bound(claim: Claim) -> bool:
 
 def bounds(motion: PathMotion, tunnels: Sequence[tuple[SegmentMotion, Tunnel]]) -> Iterator[Bound]:
     """The verdict on each claim that is a bound, in the order written."""
-    for held in motion.timeline.claims:
-        if is_bound(held.claim):
-            yield _judged(motion, held, tunnels)
+    for timed in motion.timeline.claims:
+        if is_bound(timed.claim):
+            yield _judged(motion, timed, tunnels)
 
 
-def _judged(motion: PathMotion, held: HeldClaim, tunnels: Sequence[tuple[SegmentMotion, Tunnel]]) -> Bound:
-    claim = held.claim
+def _judged(motion: PathMotion, timed: TimedClaim, tunnels: Sequence[tuple[SegmentMotion, Tunnel]]) -> Bound:
+    claim = timed.claim
     allowed = CLAIM_MET * motion.size if claim.tolerance is None else float(claim.tolerance)
     strict = claim.strict and claim.tolerance is None
-    found = Largest(-np.inf, -np.inf, float(held.start))
+    found = Largest(-np.inf, -np.inf, float(timed.start))
     why = ""
     for segment_motion, tunnel in tunnels:
         start = float(segment_motion.segment.start)
         begin, end = (segment_motion.segment.start, segment_motion.segment.end)
-        if not (held.start <= begin and (end <= held.end)) or (begin == held.end and not held.to_the_end):
+        if not (timed.start <= begin and (end <= timed.end)) or (begin == timed.end and not timed.to_the_end):
             continue
         try:
             off = _off(claim, lowered(segment_motion, [*claim.left, *claim.right]))
         except NotAlgebraic as error:
-            return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, str(error))
+            return Bound(timed, BoundVerdict.UNDECIDED, -np.inf, start, str(error))
         if any(node.op == "reduction" for node in walk(off)):
-            return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, OTHER_TIMES)
+            return Bound(timed, BoundVerdict.UNDECIDED, -np.inf, start, OTHER_TIMES)
         if any(node.op in NOT_ENCLOSED for node in walk(off)):
-            return Bound(held, BoundVerdict.UNDECIDED, -np.inf, start, OF_TWO)
+            return Bound(timed, BoundVerdict.UNDECIDED, -np.inf, start, OF_TWO)
         precise = NEAREST_BOUND * motion.size if strict else MARGIN_KNOWN * allowed
         one = largest(tunnel, off, precise)
         if one.least > found.least:
@@ -119,11 +119,11 @@ def _judged(motion: PathMotion, held: HeldClaim, tunnels: Sequence[tuple[Segment
             why = f"nothing is proved at t = {start + one.unknown:.6g}{TWO_AS_NEAR if two else ''}"
     beyond = allowed if claim.relation is Relation.EQUAL else 0.0
     if found.least > allowed or (strict and found.least >= 0.0):
-        return Bound(held, BoundVerdict.FALSE, beyond - found.least, found.time)
+        return Bound(timed, BoundVerdict.FALSE, beyond - found.least, found.time)
     if not why and (found.most < 0.0 if strict else found.most <= allowed):
-        return Bound(held, BoundVerdict.PROVED, beyond - found.most, found.time)
+        return Bound(timed, BoundVerdict.PROVED, beyond - found.most, found.time)
     why = why or "its sides are too close to decide; if they are always equal, `movimentum prove` may prove that"
-    return Bound(held, BoundVerdict.UNDECIDED, beyond - found.most, found.time, why)
+    return Bound(timed, BoundVerdict.UNDECIDED, beyond - found.most, found.time, why)
 
 
 def _off(claim: Claim, sides: Sequence[Expr]) -> Expr:
@@ -163,7 +163,7 @@ def largest(tunnel: Tunnel, off: Expr, precise: float, limit: float = -np.inf) -
     """
     encloser, tubes = tunnel.encloser, tunnel.tubes
     plan = encloser.plan
-    only = plan.behind(symbol_numbers(off))
+    only = plan.rate_blocks(symbol_numbers(off))
     mine = set(encloser.needed)
     if any(plan.blocks[number].branches for number in only if number not in mine):
         return Largest(-np.inf, np.inf, 0.0, tunnel.encloser.piece.begin)

@@ -20,7 +20,7 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.source import Span
 from movimentum.text import listed
 from movimentum.text import number as shown_number
@@ -128,7 +128,7 @@ class _Film:
             tau = np.array([float(time - start) for time in times])
             of_piece = segment_motion.piece_numbers(tau)
             for index, piece in enumerate(segment_motion.pieces):
-                if isinstance(piece, Unsolved):
+                if isinstance(piece, UnsolvedInterval):
                     end = min(piece.end, float(segment_motion.segment.end - start))
                     self.breaks.append(Break(*self._times(start, piece.begin, end), "there is no solution"))
                     self._left = {}
@@ -302,7 +302,7 @@ def _refused(motion: PathMotion) -> Iterator[Break]:
     for segment_motion in motion.segments:
         start, end = float(segment_motion.segment.start), float(segment_motion.segment.end)
         for piece in segment_motion.pieces:
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 continue
             encloser = Encloser(piece)
             for number in encloser.needed:

@@ -19,11 +19,11 @@ from movimentum.certifying.forms import Forms, TimeForm, nothing, spread, up
 from movimentum.certifying.krawczyk import krawczyk, stacked
 from movimentum.expressions import Expr, add, mul, sub, symbol
 from movimentum.expressions.tables import Pieces, Table
-from movimentum.outlines.contour import PLACE, slope
-from movimentum.outlines.nearest import Nearest, rows
-from movimentum.outlines.search import nearest_sample
+from movimentum.outlines.contour import PLACE, derivative_by
+from movimentum.outlines.nearest import Nearest, contact_rows
+from movimentum.outlines.nearest_search import nearest_sample
 from movimentum.records import dataclass
-from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
+from movimentum.solver.arithmetic.evaluation import Evaluator, ordered_nodes
 from movimentum.tolerances import FINEST_CELL, JUMP_IN_TUBE, UNIT_ROUNDOFF
 
 NOT_ENCLOSED = frozenset({"nearest-turned"})
@@ -104,8 +104,8 @@ class NearestPlace:
     @cached_property
     def _row(self) -> tuple[Expr, Expr]:
         """g, and its derivative by the place."""
-        (row,) = rows(self.touch, (X, Y), (PLACE,))
-        return row, slope(row)
+        (row,) = contact_rows(self.touch, (X, Y), (PLACE,))
+        return row, derivative_by(row)
 
     @cached_property
     def _apart(self) -> Expr:
@@ -128,7 +128,7 @@ class NearestPlace:
         x, y = (form[some] for form in self._point)
         known = {PLACE: place, X: x, Y: y}
         evaluator = Evaluator(forms)  # pyright: ignore[reportArgumentType] - numbers of its own
-        found = evaluator.values(ordered(expressions), expressions, known.__getitem__)
+        found = evaluator.values(ordered_nodes(expressions), expressions, known.__getitem__)
         return found, forms.jump
 
     def _regions(self, c: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -67,7 +67,7 @@ def _moment(one: Break) -> str:
 
 
 def _broken(bound: Bound) -> Diagnostic:
-    claim = bound.held.claim
+    claim = bound.timed_claim.claim
     left, right = claim.side_texts
     word = OF_RELATION.get(claim.relation, ("not", "="))[0]
     return Diagnostic(
@@ -81,12 +81,12 @@ def _broken(bound: Bound) -> Diagnostic:
 
 
 def _undecided(bound: Bound) -> Diagnostic:
-    left, right = bound.held.claim.side_texts
+    left, right = bound.timed_claim.claim.side_texts
     return Diagnostic(
         code="certify/undecided-claim",
         severity=Severity.WARNING,
         message=f"it is not proved that `{left}` keeps to `{right}` between frames: {bound.why}",
-        span=bound.held.claim.span,
+        span=bound.timed_claim.claim.span,
         notes=(f"its margin is narrowest at about t = {time_text(bound.time)}",),
     )
 
@@ -152,7 +152,7 @@ def _place(one: Break, source: SourceText) -> dict[str, Any]:
 
 def _bound(bound: Bound, source: SourceText) -> dict[str, Any]:
     return {
-        **source.claim_data(bound.held.claim.span),
+        **source.claim_data(bound.timed_claim.claim.span),
         "verdict": bound.verdict.value,
         "margin": bound.margin if math.isfinite(bound.margin) else None,
         "time": bound.time,

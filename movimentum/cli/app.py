@@ -21,7 +21,7 @@ import click
 
 from movimentum import budget
 from movimentum.cli.common import EXIT_CODES, SPEECH
-from movimentum.console import INTERRUPTED, USAGE, Console, ReaderGone, answer, guarded
+from movimentum.console import INTERRUPTED, USAGE, Console, ReaderClosed, answer, guarded
 from movimentum.signals import ignore_interrupts
 
 MODULES = {
@@ -156,7 +156,7 @@ def _by_another_name() -> Generator[None]:
     try:
         yield
     except BrokenPipeError as error:
-        raise ReaderGone from error
+        raise ReaderClosed from error
     except EOFError as error:
         raise RuntimeError("unexpected end of a file") from error
 

@@ -94,13 +94,15 @@ def prove(console: Console, *, choices: Choices, script: str, seconds: float, al
         if not found:
             console.say("the script claims nothing: state what should hold with `.claim Rod.B.x = 120;`")
     verdicts = {one.verdict.value for one in found}
-    if "false" in verdicts or any(one.held.claim.always and one.verdict.value == "true in this film" for one in found):
+    if "false" in verdicts or any(
+        one.timed_claim.claim.always and one.verdict.value == "true in this film" for one in found
+    ):
         return 1
     return UNDECIDED if verdicts & {"unknown", "true in this film"} else 0
 
 
 def _data(one: Judgement, source: SourceText) -> dict[str, Any]:
-    claim = one.held.claim
+    claim = one.timed_claim.claim
     return {
         **source.claim_data(claim.span),
         "verdict": one.verdict.value,

@@ -38,7 +38,7 @@ from movimentum.workflow.choices import MAX_PIXELS, Choices, Outcome, Picture
 from movimentum.workflow.places import PLACES
 
 if TYPE_CHECKING:
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.source import SourceText
 
 
@@ -186,7 +186,7 @@ def run(
     by_place = place is not None and (output is None or not target.suffix)
     named = target.with_suffix("") if output is None and by_place else target
 
-    def once(known: Known | None = None) -> int:
+    def once(known: SolverCache | None = None) -> int:
         nonlocal target
 
         def work(source: SourceText) -> Outcome:
@@ -230,14 +230,14 @@ def _weight(target: Path) -> str:
     return f", {target.stat().st_size / 1000:,.0f} kB" if target.is_file() else ""
 
 
-def _watch(console: Console, script: str, once: Callable[[Known], int], target: Path, open_it: bool) -> int:
+def _watch(console: Console, script: str, once: Callable[[SolverCache], int], target: Path, open_it: bool) -> int:
     """Call ``once``, which writes ``target``, whenever the script or its pictures change, until Ctrl-C; returns that
     exit code. It is given what it has solved before. ``open_it``: the file is opened when it first exists.
     """
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.workflow.read import mentioned_files, read
 
-    waiting, written, known = open_it, False, Known()
+    waiting, written, known = open_it, False, SolverCache()
 
     def again() -> Iterable[Path]:
         nonlocal waiting, written

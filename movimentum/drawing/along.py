@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
 from movimentum.drawing.model import Along, DiscMark, FigureMark, Point, PolylineMark
 from movimentum.drawing.outlines import body_outline
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.tolerances import NO_REACH
 
 LETTER = FigurePart(PartForm.FILL, ())

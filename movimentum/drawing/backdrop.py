@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from movimentum.drawing.options import Show
+from movimentum.drawing.picture_options import Show
 from movimentum.records import replace
 from movimentum.scene.looks import Stated, look_of
 from movimentum.scene.model import Anchor, FixedPoint, Scene, Thing

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from movimentum.arrays import BoolArray, FloatArray
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
 from movimentum.drawing.model import FilmMark, InsetMark, Point, ThingMark
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.geometry import Affine, View
 from movimentum.scene.model import Scene
 from movimentum.scene.shown import CAMERA, FILM, value_name

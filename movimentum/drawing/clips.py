@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
 from movimentum.drawing.model import DiscMark, FigureMark, Point, SymbolMark, ThingMark
 from movimentum.drawing.motion import placed_points
 from movimentum.drawing.outlines import body_outline
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.solver.poses import Poses
 
 

@@ -28,7 +28,7 @@ from movimentum.drawing.model import (
     ThingMark,
     TraceMark,
 )
-from movimentum.drawing.options import PictureOptions, Show
+from movimentum.drawing.picture_options import PictureOptions, Show
 from movimentum.drawing.skeletons import DrawnAt, drawn_at, joints_of, skeleton_marks, skeleton_of
 from movimentum.drawing.style import ACCENT, BACKGROUND, TRACE_WIDTH, Color, color_of, motion_color
 from movimentum.records import replace

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from movimentum.drawing.beziers import bezier
-from movimentum.drawing.parts import FigurePart, PartForm, Point, arc_through, circle, outlined, pin, ring, rounded
+from movimentum.drawing.figure_outlines import (
+    FigurePart,
+    PartForm,
+    Point,
+    arc_through,
+    circle,
+    outlined,
+    pin,
+    ring,
+    rounded,
+)
 from movimentum.geometry import counter_clockwise
 from movimentum.scene.model import Thing
 from movimentum.things.colors import INK
@@ -157,7 +167,7 @@ def _curve(thing: Thing, _: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     look, outline = thing.look, curve_of(thing)
     if outline is None:
         return ()
-    points = outline.drawn
+    points = outline.polyline
     if outline.closed:
         return outlined(counter_clockwise(points), _edge(look))
     color = None if look.color is not None else INK
@@ -169,7 +179,7 @@ def _body(thing: Thing, points: tuple[Point, ...]) -> tuple[FigurePart, ...]:
     x, y = points[0]
 
     def drawn(ring: Contour) -> tuple[Point, ...]:
-        return tuple((x + u, y + v) for u, v in ring.drawn)
+        return tuple((x + u, y + v) for u, v in ring.polyline)
 
     found: list[FigurePart] = []
     for outer, *holes in thing.own.pieces:

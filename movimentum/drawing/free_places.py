@@ -16,6 +16,7 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.drawing.camera import inset_frame
+from movimentum.drawing.figure_outlines import PartForm
 from movimentum.drawing.labels import broad
 from movimentum.drawing.model import (
     DiscMark,
@@ -30,7 +31,6 @@ from movimentum.drawing.model import (
     ThingMark,
 )
 from movimentum.drawing.motion import link_points
-from movimentum.drawing.parts import PartForm
 from movimentum.drawing.symbols import moving_parts, symbol_points
 from movimentum.drawing.texts import written
 from movimentum.records import dataclass, replace

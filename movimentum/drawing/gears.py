@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from movimentum.drawing.parts import Point, circle
+from movimentum.drawing.figure_outlines import Point, circle
 from movimentum.outlines.shapes import tip_radius
 from movimentum.scene.model import Thing
 from movimentum.things.kinds.toothed import ADDENDUM, DEDENDUM, PRESSURE_ANGLE, RIM, rack_corners

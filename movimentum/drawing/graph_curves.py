@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.live import shown_values
+from movimentum.analysis.shown_numbers import shown_values
 from movimentum.arrays import FloatArray
 from movimentum.drawing.graphs import rescaled, restored, shown_rows
 from movimentum.drawing.model import GraphMark, Point

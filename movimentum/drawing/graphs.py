@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.drawing.laid import placed
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
+from movimentum.drawing.line_frames import placed
 from movimentum.drawing.model import Field, FigureMark, GraphMark, Paint, Point, SymbolMark, TextMark, ThingMark
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.style import MIDDLE, SERIES, Color
 from movimentum.scene.shown import value_name
 from movimentum.solver.poses import Poses

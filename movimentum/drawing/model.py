@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from movimentum.drawing.parts import FigurePart, Point
+from movimentum.drawing.figure_outlines import FigurePart, Point
 from movimentum.drawing.slots import Slot
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine

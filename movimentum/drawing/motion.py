@@ -9,6 +9,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.arrows import arrow_head
+from movimentum.drawing.figure_outlines import FigurePart, PartForm
 from movimentum.drawing.model import (
     BodyMark,
     DiscMark,
@@ -26,7 +27,6 @@ from movimentum.drawing.model import (
     ThingMark,
     TraceMark,
 )
-from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.style import ARROW_WIDTH, LONGEST, MIDDLE, SHORTEST, Color
 from movimentum.geometry import hull
 from movimentum.solver.poses import Poses

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from movimentum.drawing.figure_outlines import PartForm
 from movimentum.drawing.model import DiscMark, FigureMark, Point
-from movimentum.drawing.parts import PartForm
 
 _OFF = 0.05  # world pixels
 

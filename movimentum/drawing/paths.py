@@ -13,7 +13,7 @@ from movimentum.drawing.motion import point_state
 from movimentum.records import dataclass
 from movimentum.scene.shown import value_name
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.poses import SEEN, Poses
+from movimentum.solver.poses import VISIBLE_FROM, Poses
 from movimentum.tolerances import FOLLOWED_FAR_AWAY, LEAST_DIVISOR
 
 NEAR, FARTHEST = 10.0, 1000.0
@@ -89,7 +89,7 @@ def paths(motion: PathMotion, marks: Sequence[TraceMark], times: Sequence[Fracti
     def point(mark: TraceMark) -> Point3:
         if not mark.conditions or mark.paint is None:
             return lambda poses, _: point_state(mark.body, mark.local, poses)
-        from movimentum.analysis.live import shown_values  # few traces have a pen that lifts
+        from movimentum.analysis.shown_numbers import shown_values  # few traces have a pen that lifts
 
         thing = motion.timeline.scene.things[mark.paint.thing]
 
@@ -152,7 +152,7 @@ def frame_path(mark: TraceMark, poses: Poses) -> FloatArray:
 def pen_state(mark: TraceMark, poses: Poses, conditions: Sequence[FloatArray]) -> FloatArray:
     """(F, 3): x, y, and 1 where the point is visible and all ``conditions`` hold, else 0."""
     state = point_state(mark.body, mark.local, poses)
-    state[:, 2] *= np.logical_and.reduce([values >= SEEN for values in conditions])
+    state[:, 2] *= np.logical_and.reduce([values >= VISIBLE_FROM for values in conditions])
     return state
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
-from movimentum.drawing.laid import line, own_of, placed, stroke
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
+from movimentum.drawing.line_frames import line, own_of, placed, stroke
 from movimentum.drawing.model import SymbolMark
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.records import replace
 from movimentum.scene.shown import CIRCLE, POLE, value_name
 from movimentum.solver.poses import Poses

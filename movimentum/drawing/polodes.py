@@ -7,11 +7,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from movimentum.analysis.live import place_of, pole_of
+from movimentum.analysis.shown_numbers import place_of, pole_of
 from movimentum.arrays import FloatArray
+from movimentum.drawing.figure_outlines import FigurePart, PartForm
 from movimentum.drawing.graphs import thinned
 from movimentum.drawing.model import FigureMark, Point, PolodeMark
-from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.paths import curves
 from movimentum.scene.model import Scene
 from movimentum.scene.shown import POLE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from movimentum.drawing.figure_outlines import FigurePart, PartForm, pin
 from movimentum.drawing.figures import PIN_EDGE
 from movimentum.drawing.model import FigureMark, Paint
-from movimentum.drawing.parts import FigurePart, PartForm, pin
 from movimentum.geometry import hull
 from movimentum.scene.model import AnchorRef, Scene, Thing
 from movimentum.things.colors import INK

@@ -16,12 +16,12 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.drawing.areas import area
 from movimentum.drawing.beziers import bezier
 from movimentum.drawing.cords import cord
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm
 from movimentum.drawing.figures import support
 from movimentum.drawing.graphs import dot
 from movimentum.drawing.labels import broad, label_place, leader
-from movimentum.drawing.laid import columns, frame, laid, line, own_of, stroke
+from movimentum.drawing.line_frames import columns, frame, in_line_frame, line, own_of, stroke
 from movimentum.drawing.model import SymbolMark
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm
 from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
 from movimentum.drawing.texts import number_text, written
 from movimentum.records import dataclass, replace
@@ -146,7 +146,7 @@ def arc_angles(mark: SymbolMark, points: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def arrow_of(mark: SymbolMark, poses: Poses) -> FloatArray:
-    """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`analysis.live`)."""
+    """(F, 2): the arrow of a vector, in world pixels; the numbers travel with the poses (`analysis.shown_numbers`)."""
     thing, count = mark.paint.thing, len(poses.frames)
     none = np.zeros(count)
     return np.stack([poses.properties.get((thing, axis), none) for axis in ARROW], axis=-1)
@@ -165,7 +165,7 @@ def _spring(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Pose
     sides = np.where(np.arange(2 * coils) % 2 == 0, 0.5, -0.5) * mark.size
     x = np.concatenate([columns(count, 0.0, end), inner, columns(count, length - end, length)], axis=1)
     y = np.broadcast_to(np.concatenate([[0.0, 0.0], sides, [0.0, 0.0]]), x.shape)
-    yield MovingPart(stroke(mark), laid(points, x, y), shown)
+    yield MovingPart(stroke(mark), in_line_frame(points, x, y), shown)
 
 
 def _bezier(mark: SymbolMark, points: FloatArray, shown: BoolArray, _poses: Poses) -> Iterator[MovingPart]:

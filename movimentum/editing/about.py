@@ -9,7 +9,7 @@ from movimentum.editing.completion import described
 from movimentum.editing.lexemes import holding
 from movimentum.editing.outline import Symbol
 from movimentum.editing.project import Project, Use
-from movimentum.editing.words import MEMBER_HELP, word_help
+from movimentum.editing.word_help import MEMBER_HELP, word_help
 from movimentum.errors import script_error
 from movimentum.records import dataclass
 from movimentum.source import Edit, Span, edited

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from movimentum.editing.lexemes import Lexeme, lexemes
 from movimentum.editing.outline import OutlineItem, Symbol, TextOutline
 from movimentum.editing.project import Project, builtin_members
-from movimentum.editing.words import (
+from movimentum.editing.word_help import (
     CLOCK_HELP,
     ITEMS,
     KIND_HELP,
@@ -20,7 +20,7 @@ from movimentum.editing.words import (
 )
 from movimentum.records import dataclass
 from movimentum.source import Span
-from movimentum.syntax.words import FUNCTIONS, SYNONYMS
+from movimentum.syntax.vocabulary import FUNCTIONS, SYNONYMS
 from movimentum.things.colors import color_names
 from movimentum.things.registry import KINDS, SHAPES
 

@@ -10,7 +10,7 @@ from movimentum.editing.outline import OutlineItem, Symbol, TextOutline
 from movimentum.editing.project import Project
 from movimentum.records import dataclass
 from movimentum.source import Span
-from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.syntax.vocabulary import CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import SHAPES
 
 KINDS = (

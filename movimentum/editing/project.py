@@ -10,7 +10,7 @@ from movimentum.editing.lexemes import Lexeme, fields_in
 from movimentum.editing.outline import NameScope, OutlineItem, Symbol, TextOutline, outline
 from movimentum.records import dataclass, field
 from movimentum.source import Span
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import THING_MEMBERS, VECTOR_MEMBERS
 
 MOST_FILES = 200
 """So many files of a folder are looked through for uses of a name."""

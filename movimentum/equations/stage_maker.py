@@ -34,7 +34,7 @@ from movimentum.scene.leaves import Bearing
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack
 from movimentum.solver.kinds.context import LoopRows
 from movimentum.solver.kinds.kernels import loop
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 
 MOST_STARTS = 129
 """Rows of a table of starts."""
@@ -69,7 +69,7 @@ class StageMaker:
             if not isinstance(one, Expr):
                 raise NoProgram(one.words)
             roots.append(one)
-        blocks = plan.blocks if self.whole else [plan.blocks[k] for k in plan.behind(symbol_numbers(*roots))]
+        blocks = plan.blocks if self.whole else [plan.blocks[k] for k in plan.rate_blocks(symbol_numbers(*roots))]
         for block in blocks:
             if block.integrals or (block.iterative and loop(block) is None):
                 raise self._none(block)
@@ -233,7 +233,7 @@ class StageMaker:
         times: list[float] = []
         signs: list[float] = []
         for piece in self.motion.pieces:
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 continue
             track = piece.tracks[block.number]
             sign, switches = 1.0, ()
@@ -275,7 +275,7 @@ class StageMaker:
         times: list[float] = []
         rows: list[tuple[float, ...]] = []
         for piece in self.motion.pieces:
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 continue
             tau = self._nodes(piece.begin, piece.end, piece.nodes)
             state, _ = piece.solve(piece.instants(tau))

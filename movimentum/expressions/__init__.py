@@ -10,9 +10,9 @@ from movimentum.expressions.expr import (
     PI,
     ZERO,
     Expr,
-    KeptNumber,
     Occurring,
     StatedNumber,
+    StoredNumber,
     add,
     as_stated,
     clock,
@@ -35,8 +35,8 @@ from movimentum.expressions.rational import rational_value, root_of
 from movimentum.expressions.walk import named_origins, rebuild, substitute, symbols, walk
 
 __all__ = [
-    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "KeptNumber", "Occurring", "Operation",
-    "StatedNumber", "add", "as_stated", "call", "clock", "const", "derivative",
+    "DEGREE", "ONE", "OPERATIONS", "PI", "RADIANS", "ZERO", "Expr", "Occurring", "Operation",
+    "StatedNumber", "StoredNumber", "add", "as_stated", "call", "clock", "const", "derivative",
     "div", "evaluate_op", "folded", "integral", "mul", "named_origins",
     "neg", "power", "progress", "ratio", "rational_value", "rebuild", "root_of", "same", "sub", "substitute",
     "symbol", "symbols", "walk",

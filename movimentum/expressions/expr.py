@@ -207,7 +207,7 @@ class StatedNumber(float):
         return made
 
 
-class KeptNumber(float):
+class StoredNumber(float):
     """The float of a value that a motion had at another time: no proof knows it exactly."""
 
     __slots__ = ()

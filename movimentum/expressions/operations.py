@@ -2,7 +2,7 @@
 
 A column is an arithmetic (see `column`): floats (`floats`), NumPy arrays and generated code (`arrays`), double-doubles,
 mpmath's numbers and Taylor series (`solver.arithmetic`). A row with a ``value`` works in all of them. So a new function
-of the language is one row here, and its name in `syntax.words`. A test tries every row in every column, values and
+of the language is one row here, and its name in `syntax.vocabulary`. A test tries every row in every column, values and
 derivatives, against mpmath.
 """
 

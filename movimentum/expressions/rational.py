@@ -39,7 +39,7 @@ def _value(node: Any, args: list[Fraction | None]) -> Fraction | None:
     if node.op == "rational":
         return node.payload if isinstance(node.payload, Fraction) else None
     if node.value is not None:
-        # what a motion is known to be in floats (`KeptNumber`) is no number of the script
+        # what a motion is known to be in floats (`StoredNumber`) is no number of the script
         return Fraction(repr(node.value)) if type(node.value) is float and math.isfinite(node.value) else None
     values = [arg for arg in args if arg is not None]
     if len(values) < len(args) or node.op not in _EXACT:

@@ -19,7 +19,7 @@ from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.calculus import differentiate
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Purpose, Relation, ThingAngle, VariableComponent
-from movimentum.timeline.model import HeldClaim, Timeline
+from movimentum.timeline.model import TimedClaim, Timeline
 from movimentum.variants.measures import influence, reduced
 from movimentum.variants.tracing import OriginUnfolding, Reduced, Varied, payloads_read, places_from
 
@@ -29,8 +29,8 @@ READABLE = AnchorCoordinate | ThingAngle | VariableComponent
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReducedExpr:
-    """``kind`` (a word of `syntax.words.REDUCTIONS`) of ``inner``, whose frames are those of its aim; at the ``time``,
-    an expression of the varied constants, for "at".
+    """``kind`` (a word of `syntax.vocabulary.REDUCTIONS`) of ``inner``, whose frames are those of its aim; at the
+    ``time``, an expression of the varied constants, for "at".
     """
 
     kind: str
@@ -47,30 +47,30 @@ class LoweredAim:
     what counts is the sum over these of their greatest sides.
     """
 
-    held: HeldClaim
+    timed_claim: TimedClaim
     sides: tuple[Expr, ...]
     lasting: bool
 
     @property
     def required(self) -> bool:
         """A requirement, and not a goal."""
-        return self.held.claim.purpose is Purpose.REQUIREMENT
+        return self.timed_claim.claim.purpose is Purpose.REQUIREMENT
 
     @property
     def extreme(self) -> bool:
         """A goal that something is as large or as small as can be: its sides are to be as small as can be."""
-        return self.held.claim.relation in _SIGNS
+        return self.timed_claim.claim.relation in _SIGNS
 
     @property
     def angular(self) -> bool:
         """Whether it counts modulo a turn."""
-        claim = self.held.claim
+        claim = self.timed_claim.claim
         return claim.relation is Relation.EQUAL and claim.left[0].op == "atan2d"
 
     @property
     def sign(self) -> float:
         """0 for an equation; else the sign with which the side is what is too much."""
-        return {Relation.BELOW: 1.0, Relation.ABOVE: -1.0}.get(self.held.claim.relation, 0.0)
+        return {Relation.BELOW: 1.0, Relation.ABOVE: -1.0}.get(self.timed_claim.claim.relation, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +90,7 @@ class LoweredAims:
     @property
     def equations(self) -> float:
         """How many scalar equations they state; infinite if one of them is stated in every frame, or never met."""
-        stated = [aim for aim in self.aims if aim.held.claim.relation is Relation.EQUAL]
+        stated = [aim for aim in self.aims if aim.timed_claim.claim.relation is Relation.EQUAL]
         if any(aim.lasting for aim in stated) or any(aim.extreme for aim in self.aims):
             return math.inf
         return sum(len(aim.sides) for aim in stated)
@@ -101,14 +101,14 @@ def lower_aims(timeline: Timeline) -> LoweredAims:
     unfolding = OriginUnfolding()
     reductions: list[ReducedExpr] = []
     aims: list[LoweredAim] = []
-    for number, held in enumerate(timeline.aims):
+    for number, timed in enumerate(timeline.aims):
         sides: list[Expr] = []
-        for left, right in zip(held.claim.left, held.claim.right, strict=True):
+        for left, right in zip(timed.claim.left, timed.claim.right, strict=True):
             outside = sub(_without(left, number, reductions, unfolding), _without(right, number, reductions, unfolding))
             sides.append(unfolding.unfolded(outside))
-        sign = _SIGNS.get(held.claim.relation)
+        sign = _SIGNS.get(timed.claim.relation)
         terms = [tuple(sides)] if sign is None else _terms(mul(sign, sides[0]), reductions)
-        aims += [LoweredAim(held, own, _lasting(own)) for own in terms]
+        aims += [LoweredAim(timed, own, _lasting(own)) for own in terms]
     return LoweredAims(tuple(aims), tuple(reductions), timeline)
 
 
@@ -161,11 +161,11 @@ def _without(root: Expr, aim: int, reductions: list[ReducedExpr], unfolding: Ori
     return substitute(root, lambda node: None, memo)
 
 
-def frames_of(timeline: Timeline, held: HeldClaim) -> Sequence[int]:
+def frames_of(timeline: Timeline, timed: TimedClaim) -> Sequence[int]:
     """The frames in which an aim stands; where it stands between two frames only, the one before."""
-    if found := timeline.frames_under(held):
+    if found := timeline.frames_under(timed):
         return found
-    before = int((Fraction(held.start) - timeline.start) * timeline.fps)
+    before = int((Fraction(timed.start) - timeline.start) * timeline.fps)
     return [min(max(before, 0), timeline.frame_count - 1)]
 
 
@@ -202,11 +202,11 @@ def layout_of(lowered: LoweredAims) -> SideLayout:
     frames: list[int] = []
     scales: list[float] = []
     for number, aim in enumerate(lowered.aims):
-        own = list(frames_of(lowered.timeline, aim.held)) if aim.lasting else [-1]
+        own = list(frames_of(lowered.timeline, aim.timed_claim)) if aim.lasting else [-1]
         for _ in aim.sides:
             aims += [number] * len(own)
             frames += own
-            scales += [float(np.sqrt(aim.held.claim.weight / len(own)))] * len(own)
+            scales += [float(np.sqrt(aim.timed_claim.claim.weight / len(own)))] * len(own)
     return SideLayout(np.array(aims), np.array(frames), np.array(scales))
 
 
@@ -228,7 +228,7 @@ class SideFormulas:
         outside: dict[Hashable, int] = place | {Reduced(k): len(place) + k for k in range(len(lowered.reductions))}
         self.outer = [dual_function(aim.sides, outside, self.clocks) for aim in lowered.aims]
         timeline = lowered.timeline
-        self.frames = [list(frames_of(timeline, aim.held)) for aim in lowered.aims]
+        self.frames = [list(frames_of(timeline, aim.timed_claim)) for aim in lowered.aims]
         self.times = [timeline.frame_time(k) for k in range(timeline.frame_count)]
 
     def sides(

@@ -33,13 +33,13 @@ from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.newton import newton_across
-from movimentum.solver.kinds.across import Across, at_instants, problem_at
-from movimentum.solver.kinds.kernels import across
+from movimentum.solver.block.newton import newton_of_variants
+from movimentum.solver.kinds.kernels import solve_variants
+from movimentum.solver.kinds.variants import VariantRun, at_instants, problem_at
 from movimentum.tolerances import LEAST_DIVISOR, SLOPE_STEP, SLOPE_STEP_OF_FREE_MOTION
 from movimentum.variants.outcomes import VariantOutcome
 from movimentum.variants.together.batch import Batch, BatchCourse, SegmentRun
-from movimentum.variants.together.pattern import NotTogether, filled
+from movimentum.variants.together.pattern import NotBatchable, filled
 from movimentum.variants.tracing import places_from, with_values
 
 Locals = dict[tuple[int, int], tuple[Dual, Dual]]
@@ -169,19 +169,19 @@ def solved_at(
         if item.iterated is not None:
             _loop(item.iterated, run, moment, nearest)
             continue
-        across(moment, block, run.choices.get(block.number, 1.0))
+        solve_variants(moment, block, run.choices.get(block.number, 1.0))
         if block.continued:
             (n,) = block.core
             moment.state[n] = wound(moment.state[n], _picked(run.state[n], nearest, len(grid)))
     return filled(moment.state)
 
 
-def _loop(block: Newton, run: SegmentRun, moment: Across, nearest: IntArray) -> None:
+def _loop(block: Newton, run: SegmentRun, moment: VariantRun, nearest: IntArray) -> None:
     scale, state = moment.scale(block), moment.state
     guess = [_picked(run.state[n], nearest, len(run.grid.instants)) for n in block.core]
     found = np.stack([np.broadcast_to(each, nearest.shape) for each in guess], axis=-1).copy()
     for a in range(nearest.shape[1]):
-        x, converged, _ = newton_across(problem_at(moment, block, a, scale), found[:, a])
+        x, converged, _ = newton_of_variants(problem_at(moment, block, a, scale), found[:, a])
         found[:, a] = np.where(converged[:, None], x, np.nan)
     for j, n in enumerate(block.core):
         state[n] = found[..., j]
@@ -245,8 +245,8 @@ class SideReader:
 
 
 @dataclass(eq=False)
-class TogetherEvaluator:
-    """Evaluates variants of one structure. Raises `NotTogether` where goals are about what cannot be read so.
+class BatchEvaluator:
+    """Evaluates variants of one structure. Raises `NotBatchable` where goals are about what cannot be read so.
 
     ``exact``: slopes are those of the equations; else differences, for which more variants are solved. ``alone`` gives
     the sides (N, S) of variants (N, C) solved by themselves, which integrals and free motions in doubt are.
@@ -260,7 +260,7 @@ class TogetherEvaluator:
     def __post_init__(self) -> None:
         pattern, formulas = self.batch.pattern, self.formulas
         if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
-            raise NotTogether("what the goals are about")
+            raise NotBatchable("what the goals are about")
         self.followed = any(segment.integrates or segment.drifting for segment in pattern.segments)
         self.drifts = any(segment.drifting for segment in pattern.segments)
         if self.followed:
@@ -379,10 +379,10 @@ class TogetherEvaluator:
 
 
 def _fixed_times(formulas: SideFormulas) -> tuple[Fraction, ...]:
-    """The times at which goals read something; `NotTogether` where they vary."""
+    """The times at which goals read something; `NotBatchable` where they vary."""
     times = [part.time.value for part in formulas.lowered.reductions if part.time is not None]
     if None in times:
-        raise NotTogether("integrals or free motions, read at times that vary")
+        raise NotBatchable("integrals or free motions, read at times that vary")
     timeline = formulas.lowered.timeline
     return tuple({min(max(Fraction(time), timeline.start), timeline.end) for time in times if time is not None})
 

@@ -10,7 +10,7 @@ from movimentum.advice import Choose
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.errors import ScriptError, usage_error
 from movimentum.fitting.aims import LoweredAims, SideFormulas, lower_aims
-from movimentum.fitting.evaluation import TogetherEvaluator
+from movimentum.fitting.evaluation import BatchEvaluator
 from movimentum.fitting.merit import Merit
 from movimentum.fitting.programming import Program, largest
 from movimentum.fitting.search import (
@@ -25,7 +25,7 @@ from movimentum.fitting.search import (
     tasks_of,
 )
 from movimentum.fitting.single import SingleEvaluator, SingleMotion
-from movimentum.fitting.undecided import Undecided, periods_of, undecided
+from movimentum.fitting.undecided_constants import Undecided, periods_of, undecided
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.model import Claim
 from movimentum.solver.basis.scene_size import scene_size
@@ -43,7 +43,7 @@ from movimentum.tolerances import (
 from movimentum.variants.axes import check_interval
 from movimentum.variants.measures import MeasureSet
 from movimentum.variants.single import Variants, structure_key
-from movimentum.variants.together.pattern import NotTogether
+from movimentum.variants.together.pattern import NotBatchable
 from movimentum.variants.together.preparation import prepare
 from movimentum.variants.tracing import generic
 from movimentum.workflow.choices import Choices, Progress
@@ -158,18 +158,18 @@ def make_problem(job: FitJob) -> FitProblem:
     single = SingleEvaluator(variants, formulas, job.intervals)
     size = max(scene_size(traced.scene), LEAST_DIVISOR)
     reason: str | None = None
-    evaluate: TogetherEvaluator | SingleEvaluator = single
+    evaluate: BatchEvaluator | SingleEvaluator = single
     try:
         batch = prepare(variants, {}, intervals)
-        evaluate = _worth_it(TogetherEvaluator(batch, formulas, job.intervals, single.all_sides))
+        evaluate = _worth_it(BatchEvaluator(batch, formulas, job.intervals, single.all_sides))
     except Exception as error:  # whatever it is, the single solver has the last word
         reason = str(error).split("\n")[0]
-    exact = isinstance(evaluate, TogetherEvaluator) and evaluate.exact
+    exact = isinstance(evaluate, BatchEvaluator) and evaluate.exact
     effort: SearchEffort = TOGETHER if exact else ONE_BY_ONE
     low, high = job.intervals[:, 0], job.intervals[:, 1]
     own = np.clip((job.own - low) / (high - low), 0.0, 1.0)
     merit = Merit.of(lowered, formulas.layout, size)
-    timing = evaluate if isinstance(evaluate, TogetherEvaluator) and evaluate.free_times.times else None
+    timing = evaluate if isinstance(evaluate, BatchEvaluator) and evaluate.free_times.times else None
     search = Search(evaluate, merit, low, high, size, own, job.seed, effort, timing)
     if reason is None:
         search.balance()
@@ -177,13 +177,15 @@ def make_problem(job: FitJob) -> FitProblem:
     return FitProblem(job, single, search, lowered, reason)
 
 
-def _worth_it(found: TogetherEvaluator) -> TogetherEvaluator:
-    """The evaluator ``found``; `NotTogether` where many variants would have to be solved by themselves all the same."""
+def _worth_it(found: BatchEvaluator) -> BatchEvaluator:
+    """The evaluator ``found``; `NotBatchable` where many variants would have to be solved by themselves all the
+    same.
+    """
     low, high = found.intervals.T
     if found.followed:
         doubt = found.doubtful(low + sobol(len(low), 0).random(SAMPLE) * (high - low))
         if np.mean(doubt) > MOST_IN_DOUBT:
-            raise NotTogether("integrals, or free motions, that need a path of their own")
+            raise NotBatchable("integrals, or free motions, that need a path of their own")
     return found
 
 

@@ -37,9 +37,7 @@ def inside(points: FloatArray, periods: FloatArray) -> FloatArray:
     return np.clip(points + turns * np.where(np.isfinite(periods), periods, 0.0), 0.0, 1.0)
 
 
-def minimize_together(
-    rows: Rows, starts: FloatArray, iterations: int, tolerance: float, periods: FloatArray
-) -> Minimized:
+def minimize_batch(rows: Rows, starts: FloatArray, iterations: int, tolerance: float, periods: FloatArray) -> Minimized:
     """Minimize from all ``starts`` (M, C) in the unit box; ``periods`` (C,): see `inside`. A start ends when its step,
     or what it gains, is below ``tolerance``. Every other start has its damping in proportion.
     """

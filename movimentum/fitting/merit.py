@@ -74,7 +74,7 @@ class Merit:
         allowed = np.array([_allowed(aim, tiny) for aim in aims])
         shift = np.where(required & ~equal, tiny - allowed, 0.0)
         extremes = tuple(
-            Extreme(np.nonzero(layout.aim == n)[0], aim.held.claim.weight, 0.0, size)
+            Extreme(np.nonzero(layout.aim == n)[0], aim.timed_claim.claim.weight, 0.0, size)
             for n, aim in enumerate(lowered.aims)
             if aim.extreme
         )
@@ -132,7 +132,7 @@ class Merit:
 
 
 def _allowed(aim: LoweredAim, tiny: float) -> float:
-    given = aim.held.claim.tolerance
+    given = aim.timed_claim.claim.tolerance
     if given is not None:
         return float(given)
     return tiny if aim.sign == 0.0 else 0.0

@@ -14,7 +14,7 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.fitting.aims import Evaluation
-from movimentum.fitting.least_squares import Rows, inside, minimize_together
+from movimentum.fitting.least_squares import Rows, inside, minimize_batch
 from movimentum.fitting.merit import Evaluate, Lagrangian, Merit
 from movimentum.fitting.timing import FreeTimes
 from movimentum.records import dataclass, field, replace
@@ -274,7 +274,7 @@ class Search:
     def _minimized(
         self, lagrangian: Lagrangian, points: FloatArray, iterations: int, tolerance: float = STEP_TOGETHER
     ) -> FloatArray:
-        return minimize_together(self._rows(lagrangian), points, iterations, tolerance, self.periods).points
+        return minimize_batch(self._rows(lagrangian), points, iterations, tolerance, self.periods).points
 
     def _better_timed(self, points: FloatArray) -> FloatArray:
         """`retimed` points, where that is better."""

@@ -21,8 +21,8 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.scene_size import scene_size
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import evaluated
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.path.piece import evaluate_piece
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import SLOPE_STEP, SLOPES_AGREE
 from movimentum.variants.outcomes import VariantOutcome
@@ -162,7 +162,7 @@ def _reader_of(formulas: SideFormulas) -> SideReader | None:
     if not all(isinstance(payload, READABLE) for payload in formulas.payloads):
         return None
     timeline, names, unfolding = formulas.lowered.timeline, formulas.names, OriginUnfolding()
-    if timeline.kept:  # they change with the constants
+    if timeline.stored_values:  # they change with the constants
         return None
     size = scene_size(timeline.scene)
     segments: list[SegmentSlopes] = []
@@ -205,9 +205,9 @@ def _state(motion: SegmentMotion, plan: Plan, tau: FloatArray) -> list[FloatArra
     """The unknowns of ``plan`` (1, F) at offsets ``tau`` (F,) of a segment; LookupError where it has not got one."""
     table = np.full((len(plan.system.unknowns), len(tau)), np.nan)
     for piece, chosen, _ in motion.by_piece(Instants(tau, ())):
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             raise LookupError
-        state = evaluated(piece, piece.instants(tau[chosen]))[0]
+        state = evaluate_piece(piece, piece.instants(tau[chosen]))[0]
         for unknown in plan.system.unknowns:
             value = state[piece.plan.system.number_of[unknown.payload]]
             table[unknown.number, chosen] = np.nan if value is None else value

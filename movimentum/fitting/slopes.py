@@ -25,9 +25,9 @@ from movimentum.planning.lowering.unknowns import BodyUnknowns
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle
-from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off, solved_pose
+from movimentum.solver.basis.body_pose import AS_DRAWN, BodyPose, solved_pose, values_in_poses
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.kinds.across import column
+from movimentum.solver.kinds.variants import column
 from movimentum.tolerances import SINGULAR_FOR_SLOPES
 from movimentum.variants.tracing import OriginUnfolding, numbered, places_from
 
@@ -141,7 +141,7 @@ def _leaves(root: Expr) -> list[Expr]:
     return [node for node in walk(root) if not node.args]
 
 
-DRAWN_DUAL = DRAWN.each(Dual)
+DRAWN_DUAL = AS_DRAWN.each(Dual)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,7 +271,7 @@ def read_duals(
         n = plan.system.number_of.get(payload)
         return Dual(np.nan) if n is None else Dual(state[n], None if slope_of is None else slope_of.get(n))
 
-    return read_off(payloads, poses, lambda thing, anchor: local[thing, anchor], other, DRAWN_DUAL)
+    return values_in_poses(payloads, poses, lambda thing, anchor: local[thing, anchor], other, DRAWN_DUAL)
 
 
 def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hashable]) -> set[int]:
@@ -281,7 +281,7 @@ def _needed(plan: Plan, bodies: Sequence[BodyUnknowns], payloads: Sequence[Hasha
     for body in bodies:
         turns = body.angle if body.thing in turning or body.c is None or body.s is None else None
         wanted += [n for n in (body.x, body.y, body.c, body.s, turns) if n is not None]
-    return set(plan.behind(wanted))
+    return set(plan.rate_blocks(wanted))
 
 
 def _frame(plan: Plan, thing: int) -> tuple[Expr, ...]:

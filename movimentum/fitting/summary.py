@@ -48,7 +48,7 @@ def aim_outcomes(fitted: Fitted, motion: SingleMotion) -> list[AimOutcome]:
     timeline, source = problem.lowered.timeline, problem.lowered.timeline.scene.source
     found: list[AimOutcome] = []
     for n, aim in enumerate(problem.lowered.aims):
-        claim = aim.held.claim
+        claim = aim.timed_claim.claim
         line = source.position(claim.span.start).line
         text = " ".join(source.slice(claim.span).split()).removeprefix(f".{claim.purpose} ")
         own = layout.aim == n

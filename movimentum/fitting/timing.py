@@ -96,7 +96,7 @@ class FreeTimes:
                 for dual in formulas.outer[a].duals([*known, *varied, *reduced], (), None):
                     side = signed(aim, np.asarray(dual.value))[0]
                     side = side if aim.sign == 0.0 else np.maximum(side, 0.0)
-                    rows.append(np.broadcast_to(np.sqrt(aim.held.claim.weight) * side, (count, instants)))
+                    rows.append(np.broadcast_to(np.sqrt(aim.timed_claim.claim.weight) * side, (count, instants)))
             found.append(np.stack(rows, axis=-1))
         return found
 

@@ -15,7 +15,7 @@ from movimentum.records import dataclass
 from movimentum.syntax.automaton import Token
 from movimentum.syntax.concrete import Clause, concrete, first_token, tokens
 from movimentum.syntax.grammar import load_tables
-from movimentum.syntax.words import BARE_OPTIONS, ENDING_WORDS
+from movimentum.syntax.vocabulary import BARE_OPTIONS, ENDING_WORDS
 
 Piece = Clause | Token
 

@@ -115,7 +115,7 @@ class Rendition:
     pictures: tuple[int, ...]
 
     def poses(self) -> Poses:
-        """The poses of `rows`."""
+        """The poses of `contact_rows`."""
         import numpy as np
 
         poses = self.solution.motion.poses(0, self.rows[-1] + 1)
@@ -123,16 +123,18 @@ class Rendition:
 
     def images(self) -> Iterator[tuple[int, Any]]:
         """The frames of `pictures` as Pillow images."""
-        from movimentum.analysis.live import with_numbers
-        from movimentum.drawing.options import PictureOptions
+        from movimentum.analysis.shown_numbers import with_shown_numbers
+        from movimentum.drawing.picture_options import PictureOptions
         from movimentum.rendering.painter import make_painter
 
         motion = self.solution.motion
         count = motion.timeline.frame_count
-        chunks = [with_numbers(motion, motion.poses(first, min(first + 512, count))) for first in range(0, count, 512)]
+        chunks = [
+            with_shown_numbers(motion, motion.poses(first, min(first + 512, count))) for first in range(0, count, 512)
+        ]
         painter = make_painter(self.scene, chunks, PictureOptions(motion=motion.path))
         for frame in self.pictures:
-            yield frame, painter.frame(with_numbers(motion, motion.poses(frame, frame + 1)), 0).convert("RGB")
+            yield frame, painter.frame(with_shown_numbers(motion, motion.poses(frame, frame + 1)), 0).convert("RGB")
 
 
 def rendition(script: Path, choices: Choices) -> Rendition:

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.drawing.parts import Point
+from movimentum.drawing.figure_outlines import Point
 from movimentum.errors import ScriptError, usage_error
 from movimentum.geometry import hull
 from movimentum.interop.shapes import Shape, rounded

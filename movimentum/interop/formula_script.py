@@ -22,7 +22,7 @@ from movimentum.interop.formulas import Formula, Formulas, literal
 from movimentum.interop.mechanisms import script_name
 from movimentum.records import dataclass, field
 from movimentum.syntax.printer import float_text
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import THING_MEMBERS, VECTOR_MEMBERS
 
 TURN = 60
 """Degrees by which a free angle grows in a time unit."""

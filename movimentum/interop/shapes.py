@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
+from movimentum.drawing.figure_outlines import PartForm, Point
 from movimentum.drawing.figures import FIGURES, drawn_points
-from movimentum.drawing.parts import PartForm, Point
 from movimentum.geometry import hull
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, Thing
@@ -117,12 +117,12 @@ def shapes_of(scene: Scene, hole: float | None = None) -> Iterator[Shape]:
 
 
 def _pieces(thing: Thing, own: Composite) -> Iterator[Shape]:
-    from movimentum.outlines.joined import bulged  # few scripts have any
+    from movimentum.outlines.boolean_operations import bulge_corners  # few scripts have any
 
     x, y = thing.anchors[0].local
 
     def corners(ring: Contour) -> Corners:
-        return tuple((x + u, y + v, bulge) for u, v, bulge in bulged(ring))
+        return tuple((x + u, y + v, bulge) for u, v, bulge in bulge_corners(ring))
 
     for outer, *holes in own.pieces:
         yield Shape(thing, corners(outer), None, (), tuple(corners(hole) for hole in holes))

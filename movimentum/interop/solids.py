@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from itertools import combinations, pairwise
 from typing import Any
 
+from movimentum.drawing.figure_outlines import Point
 from movimentum.drawing.figures import drawn_points
-from movimentum.drawing.parts import Point
 from movimentum.interop.dxf import library
 from movimentum.interop.shapes import Shape
 from movimentum.scene.model import Thing

@@ -26,7 +26,7 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Scene
 
 if TYPE_CHECKING:
-    from movimentum.solver.poses import Poses, SpelledPoses
+    from movimentum.solver.poses import HighPrecisionPoses, Poses
 
 SUFFIXES = (".csv", ".json", ".npz")
 
@@ -39,7 +39,7 @@ class Column:
 
     name: str
     values: Callable[[Poses], FloatArray]
-    texts: Callable[[SpelledPoses], list[str]]
+    texts: Callable[[HighPrecisionPoses], list[str]]
 
 
 def columns(scene: Scene, without: Container[str] = ()) -> tuple[Column, ...]:
@@ -164,5 +164,5 @@ def _block(chosen: tuple[Column, ...], poses: Poses) -> tuple[list[int], FloatAr
 
 def _texts(chosen: tuple[Column, ...], poses: Poses) -> Iterator[tuple[str, ...]] | None:
     """The rows of a chunk with the digits asked for; None where those are a float's."""
-    spelled = poses.spelled
+    spelled = poses.high_precision
     return None if spelled is None else zip(*(column.texts(spelled) for column in chosen), strict=True)

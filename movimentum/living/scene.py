@@ -10,7 +10,7 @@ import numpy as np
 from movimentum.drawing.compose import compose, marks_of
 from movimentum.drawing.model import FilmMark, ImageMark, SymbolMark, ThingMark
 from movimentum.drawing.motion import link_points
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.skeletons import drawn_at
 from movimentum.expressions import Expr, symbol
 from movimentum.living.numbers import LiveNumber, live_array, settled

@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.rendering.prepare import prepare_drawing
 from movimentum.rendering.stream import chunks, concatenate
 from movimentum.settings import FailurePolicy

@@ -20,10 +20,10 @@ from movimentum.expressions.arrays import ON_ARRAYS
 from movimentum.expressions.operations import BY_NAME
 from movimentum.expressions.tables import Ends
 from movimentum.geometry import Point
+from movimentum.outlines.arc_lengths import ArcLengthTable, arc_length_table
 from movimentum.outlines.facets import Facets
-from movimentum.outlines.flat import flattened
-from movimentum.outlines.forms import forms_of, forms_of_edges, in_forms
-from movimentum.outlines.lengths import Paces, paces
+from movimentum.outlines.flattening import flattened
+from movimentum.outlines.primitive_pieces import primitive_values, primitives_of, primitives_of_edges
 from movimentum.records import replace
 from movimentum.tolerances import EVEN_PACE, FLATTENED, OUTLINE_CLOSES, OUTLINE_SAMPLED, PIECE_ROUND
 
@@ -33,15 +33,15 @@ PLACE = symbol("place")
 Quad = tuple[Expr, Expr, Expr, Expr]
 """Position and direction."""
 
-MANY_PIECES = 2  # each is computed by itself if there are so many or more
+LEAST_PIECES_SEPARATE = 2  # each is computed by itself if there are so many or more
 
 
-def put_in(root: Expr, place: Expr) -> Expr:
+def substitute_place(root: Expr, place: Expr) -> Expr:
     """``root``, an expression of `PLACE`, at ``place``."""
     return substitute(root, lambda node: place if node == PLACE else None)
 
 
-def slope(root: Expr, by: Expr = PLACE) -> Expr:
+def derivative_by(root: Expr, by: Expr = PLACE) -> Expr:
     """The derivative of an expression by a symbol."""
     memo: dict[Expr, Expr] = {}
     for node in walk(root):
@@ -116,9 +116,9 @@ class Contour:
         return self is other or (isinstance(other, Contour) and self._key == other._key)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _again, self._key
+        return _rebuilt, self._key
 
-    def but(self, **changes: object) -> Contour:
+    def changed(self, **changes: object) -> Contour:
         """The same with another ``reach``, or as a hole."""
         state = dict(zip(_STATE, self._key, strict=True)) | changes
         own = self.own if not changes.keys() & {"position", "direction", "breaks"} else ()
@@ -132,9 +132,9 @@ class Contour:
     @cached_property
     def _functions(self) -> list[Callable[[FloatArray], list[FloatArray]]]:
         """That of the whole, or that of each piece."""
-        apart = len(self.own) >= MANY_PIECES or (self.own and self.times > 1)
+        apart = len(self.own) >= LEAST_PIECES_SEPARATE or (self.own and self.times > 1)
         each = self.own if apart else [(*self.position, *self.direction)]
-        return [numeric([x, y, tx, ty, *map(slope, (x, y, tx, ty))]) for x, y, tx, ty in each]
+        return [numeric([x, y, tx, ty, *map(derivative_by, (x, y, tx, ty))]) for x, y, tx, ty in each]
 
     def values(self, place: FloatArray) -> FloatArray:
         """x, y, direction, velocity and change of the direction by the parameter: (8, …) for places of any shape."""
@@ -142,14 +142,14 @@ class Contour:
         flat = place.reshape(-1)
         if self._edges is not None:
             piece = np.searchsorted(self._inner, flat, side="right")
-            return in_forms(self._edges[:, piece], flat - self._starts[piece]).reshape(8, *place.shape)
+            return primitive_values(self._edges[:, piece], flat - self._starts[piece]).reshape(8, *place.shape)
         if len(self._functions) == 1:
             return np.stack(self._functions[0](place))
         number = np.minimum(np.floor((flat - self.first) * (self.times / self.period)), self.times - 1.0)
         flat = flat - number * (self.period / self.times)
         forms, known = self._forms
         piece = np.searchsorted(self._inner, flat, side="left")
-        found = in_forms(forms[:, piece], flat - self._starts[piece])
+        found = primitive_values(forms[:, piece], flat - self._starts[piece])
         for k in np.nonzero(~known & (np.bincount(piece, minlength=len(known)) > 0))[0].tolist():
             some = piece == k
             found[:, some] = self._functions[k](flat[some])
@@ -159,25 +159,25 @@ class Contour:
         return found.reshape(8, *place.shape)
 
     @property
-    def once(self) -> tuple[float, ...]:
+    def distinct_breaks(self) -> tuple[float, ...]:
         """The breaks of the first time that it is the same."""
         return self.breaks[: (len(self.breaks) - 1) // self.times + 1]
 
     @cached_property
     def _inner(self) -> FloatArray:
-        return np.array(self.once[1:-1])
+        return np.array(self.distinct_breaks[1:-1])
 
     @cached_property
     def _starts(self) -> FloatArray:
-        return np.array(self.once[:-1])
+        return np.array(self.distinct_breaks[:-1])
 
     @cached_property
     def _forms(self) -> tuple[FloatArray, BoolArray]:
-        return forms_of(self._functions, self.once)
+        return primitives_of(self._functions, self.distinct_breaks)
 
     @cached_property
     def _edges(self) -> FloatArray | None:
-        return forms_of_edges(self.position, self.direction, np.array(self.breaks)) if self.straight else None
+        return primitives_of_edges(self.position, self.direction, np.array(self.breaks)) if self.straight else None
 
     def inside(self, place: FloatArray) -> FloatArray:
         """The parameter brought between the ends, if the outline is closed."""
@@ -195,7 +195,7 @@ class Contour:
         """Places that are close enough to tell how it runs, both ends included (the last of a closed one is again the
         first point); on each piece at least three.
         """
-        found = flattened(self.points, self.once, OUTLINE_SAMPLED * self._rough)
+        found = flattened(self.points, self.distinct_breaks, OUTLINE_SAMPLED * self._rough)
         again = np.arange(self.times)[:, None] * (self.period / self.times) + found
         return np.append(again.ravel(), self.last)
 
@@ -223,7 +223,7 @@ class Contour:
         return kept, begin, end
 
     @cached_property
-    def coarse(self) -> float:
+    def largest_spacing(self) -> float:
         """The longest way from one of the samples to the next."""
         return float(np.hypot(*np.diff(self.points(self.samples), axis=0).T).max())
 
@@ -239,7 +239,7 @@ class Contour:
         return float(max(np.ptp(x), np.ptp(y)))
 
     @cached_property
-    def drawn(self) -> tuple[Point, ...]:
+    def polyline(self) -> tuple[Point, ...]:
         """A polygon (or a line) that is nowhere farther from it than can be seen; a closed one ends before it begins
         again.
         """
@@ -291,8 +291,8 @@ class Contour:
         return self._paces.places, self._paces.along
 
     @cached_property
-    def _paces(self) -> Paces:
-        return paces(lambda place: np.hypot(*self.values(place)[4:6]), self.breaks, closed=self.closed)
+    def _paces(self) -> ArcLengthTable:
+        return arc_length_table(lambda place: np.hypot(*self.values(place)[4:6]), self.breaks, closed=self.closed)
 
     @property
     def length(self) -> float:
@@ -300,7 +300,7 @@ class Contour:
         return float(self.lengths[1][-1])
 
     @cached_property
-    def travelled(self) -> Expr:
+    def arc_length(self) -> Expr:
         """How long the curve is from its beginning to `PLACE`, beyond the ends of a closed one too."""
         rate = self.length / self.period
         even, rest = mul(const(rate), sub(PLACE, const(self.first))), self._paces.beyond(rate)
@@ -318,7 +318,7 @@ class Contour:
 
     def length_at(self, place: float) -> float:
         """How many pixels a place is along it."""
-        return float(numeric([self.travelled])(np.array(place))[0])
+        return float(numeric([self.arc_length])(np.array(place))[0])
 
     @property
     def kinked(self) -> bool:
@@ -344,7 +344,7 @@ class Contour:
             return add(x, const(at[0])), add(y, const(at[1]))
 
         own = [(*moved(x, y), *mapped(tx, ty)) for x, y, tx, ty in self.own] if self.times == 1 else []
-        return self.but(position=moved(*self.position), direction=mapped(*self.direction), own=own)
+        return self.changed(position=moved(*self.position), direction=mapped(*self.direction), own=own)
 
     def curvature(self, place: float) -> float:
         """At a place: positive where it turns to the left; infinite at a corner."""
@@ -358,23 +358,23 @@ class Contour:
 _STATE = ("position", "direction", "breaks", "closed", "reach", "doubled", "straight", "hollow", "times")
 
 
-def _again(*state: object) -> Contour:
+def _rebuilt(*state: object) -> Contour:
     return Contour(*state[:3], **dict(zip(_STATE[3:], state[3:], strict=True)))  # type: ignore[arg-type]
 
 
-def smooth(
+def smooth_contour(
     position: tuple[Expr, Expr], first: float, last: float, *, closed: bool, breaks: Sequence[float] = ()
 ) -> Contour:
     """A curve without corners, by its position; ``breaks``: where its curvature may jump."""
-    direction = slope(position[0]), slope(position[1])
+    direction = derivative_by(position[0]), derivative_by(position[1])
     return Contour(position, direction, (first, *breaks, last), closed=closed)
 
 
 def curvature_of(outline: Contour, place: Expr) -> Expr:
     """The curvature at a place, as an expression."""
     tx, ty = outline.direction
-    turn = sub(mul(tx, slope(ty)), mul(ty, slope(tx)))
-    dx, dy = (slope(each) for each in outline.position)
+    turn = sub(mul(tx, derivative_by(ty)), mul(ty, derivative_by(tx)))
+    dx, dy = (derivative_by(each) for each in outline.position)
     speed = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
     squared = add(mul(tx, tx), mul(ty, ty))
-    return put_in(Expr("div", (turn, mul(squared, speed))), place)
+    return substitute_place(Expr("div", (turn, mul(squared, speed))), place)

@@ -18,7 +18,7 @@ from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR, OUTLINE_CLOSES, O
 
 MOST_CORNERS = 12
 """Of a core; outlines with more have a cover of so many."""
-MOST_AT_ONCE = 100_000
+PAIRS_AT_A_TIME = 100_000
 """Pairs of a corner and an edge that are compared at once."""
 
 
@@ -58,25 +58,25 @@ def core_of(contour: Contour, facets: Facets, *, simple: bool = True) -> Core:
     return Core(corners, contour.reach, exact=False)
 
 
-def padded(cores: Sequence[Core]) -> FloatArray:
+def padded_corners(cores: Sequence[Core]) -> FloatArray:
     """(K, N, 2): the corners of each, the last one again and again where others have more."""
     most = max(len(core.points) for core in cores)
     return np.stack([np.pad(core.points, ((0, most - len(core.points)), (0, 0)), mode="edge") for core in cores])
 
 
 def signed_distances(p: FloatArray, q: FloatArray) -> FloatArray:
-    """(K,): of convex p (K, N, 2) and q (K, M, 2), as `padded` has them: negative by how far one must move to be free
-    of the other.
+    """(K,): of convex p (K, N, 2) and q (K, M, 2), as `padded_corners` has them: negative by how far one must move to
+    be free of the other.
     """
     found = np.empty(len(p))
-    step = max(1, MOST_AT_ONCE // (p.shape[1] * q.shape[1]))
+    step = max(1, PAIRS_AT_A_TIME // (p.shape[1] * q.shape[1]))
     for begin in range(0, len(p), step):
-        found[begin : begin + step] = _some(p[begin : begin + step], q[begin : begin + step])
+        found[begin : begin + step] = _some_cores(p[begin : begin + step], q[begin : begin + step])
     return found
 
 
-def _some(p: FloatArray, q: FloatArray) -> FloatArray:
-    depth = np.maximum(_parted(p, q), _parted(q, p))
+def _some_cores(p: FloatArray, q: FloatArray) -> FloatArray:
+    depth = np.maximum(_edge_separation(p, q), _edge_separation(q, p))
     size = np.ptp(p, axis=1).max(axis=1) + np.ptp(q, axis=1).max(axis=1)
     apart = ~(depth < -FACETS_TOUCH * size)
     apart |= np.isneginf(depth)
@@ -86,7 +86,7 @@ def _some(p: FloatArray, q: FloatArray) -> FloatArray:
     return depth
 
 
-def _parted(p: FloatArray, q: FloatArray) -> FloatArray:
+def _edge_separation(p: FloatArray, q: FloatArray) -> FloatArray:
     """How far the best of the edges of p keeps q apart; -inf if it has none."""
     if p.shape[1] == 1:
         return np.full(len(p), -np.inf)

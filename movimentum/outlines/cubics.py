@@ -7,9 +7,11 @@ import numpy as np
 from movimentum.arrays import FloatArray
 
 
-def between(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray, m: FloatArray, along: FloatArray) -> FloatArray:
+def cubic_offsets(
+    p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray, m: FloatArray, along: FloatArray
+) -> FloatArray:
     """How far points m (M, 2) are across from the cubic curves from p to q with directions d and e."""
-    size = arc(p, d, q, e)[:, None]
+    size = arc_length(p, d, q, e)[:, None]
     forward = np.sign(np.sum((q - p) * (d + e), axis=1))[:, None]
     d, e = forward * d * size, forward * e * size
     chord = q - p
@@ -26,7 +28,7 @@ def between(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray, m: Float
     return abs(along[:, 0] * (m - at)[:, 1] - along[:, 1] * (m - at)[:, 0])
 
 
-def arc(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> FloatArray:
+def arc_length(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> FloatArray:
     """How long arcs from p to q are whose directions are d and e: the chord, and how much it turns."""
     turn = np.arctan2(d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0], np.sum(d * e, axis=1))
     length: FloatArray = np.hypot(*(q - p).T) * (1.0 + np.minimum(turn * turn, 1.0) / 24.0)

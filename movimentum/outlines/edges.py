@@ -14,10 +14,10 @@ import numpy as np
 
 from movimentum.arrays import FloatArray
 from movimentum.expressions import Expr, add, call, const, div, mul, neg, sub
-from movimentum.outlines.contour import PLACE, numeric, put_in, slope
+from movimentum.outlines.contour import PLACE, derivative_by, numeric, substitute_place
 from movimentum.tolerances import BESIDE_AN_END, EDGE_IS_ARC, FLATTENED, LEAST_DIVISOR, LINE_TURNS_BACK, OUTLINE_CORNER
 
-SAMPLED = 32
+SAMPLE_PIECES = 32
 """Straight pieces that stand for an edge where crossings are looked for."""
 
 
@@ -29,7 +29,7 @@ def _values(position: tuple[Expr, Expr], begin: float, end: float) -> tuple[Plac
     """The values of a piece, those of a line and of an arc by themselves, which is less work; and by how much (radians)
     it turns as its parameter grows by 1: of a line 0, None if it is neither.
     """
-    roots = numeric([*position, slope(position[0]), slope(position[1])])
+    roots = numeric([*position, derivative_by(position[0]), derivative_by(position[1])])
 
     def exact(place: FloatArray) -> FloatArray:
         return np.stack(roots(place))
@@ -92,8 +92,8 @@ class Edge:
 
     @cached_property
     def places(self) -> FloatArray:
-        """The ends of short pieces, `SAMPLED` of them; of a line its own."""
-        return np.linspace(self.begin, self.end, 2 if self.straight else SAMPLED + 1)
+        """The ends of short pieces, `SAMPLE_PIECES` of them; of a line its own."""
+        return np.linspace(self.begin, self.end, 2 if self.straight else SAMPLE_PIECES + 1)
 
     @cached_property
     def points(self) -> FloatArray:
@@ -115,7 +115,7 @@ class Edge:
     @property
     def reverse(self) -> Edge:
         """The other way round."""
-        x, y = (put_in(each, neg(PLACE)) for each in self.position)
+        x, y = (substitute_place(each, neg(PLACE)) for each in self.position)
         return Edge((x, y), -self.end, -self.begin)
 
     def direction(self, end: bool) -> FloatArray:
@@ -128,15 +128,15 @@ class Edge:
         return np.array([dx[k], dy[k]]) / max(float(size[k]), LEAST_DIVISOR)
 
 
-def offset(edge: Edge, by: float) -> Edge:
+def offset_edge(edge: Edge, by: float) -> Edge:
     """What is ``by`` to the right of an edge."""
     x, y = edge.position
-    dx, dy = slope(x), slope(y)
+    dx, dy = derivative_by(x), derivative_by(y)
     size = call("sqrt", add(mul(dx, dx), mul(dy, dy)))
     return Edge((add(x, mul(const(by), div(dy, size))), sub(y, mul(const(by), div(dx, size)))), edge.begin, edge.end)
 
 
-def _round(centre: FloatArray, radius: float, begin: FloatArray, end: FloatArray) -> list[Edge]:
+def _rounding_arc(centre: FloatArray, radius: float, begin: FloatArray, end: FloatArray) -> list[Edge]:
     """The arc that joins what is to the right of two directions, counter-clockwise; nothing if it is none."""
     first = math.degrees(math.atan2(-begin[0], begin[1]))
     turn = math.degrees(math.atan2(begin[0] * end[1] - begin[1] * end[0], begin @ end))
@@ -147,22 +147,25 @@ def _round(centre: FloatArray, radius: float, begin: FloatArray, end: FloatArray
     return [Edge((add(const(float(centre[0])), x), add(const(float(centre[1])), y)), first, first + turn)]
 
 
-def broad(edge: Edge, reach: float) -> list[Edge]:
+def widened_line(edge: Edge, reach: float) -> list[Edge]:
     """An edge as a line of twice the ``reach``, round at its ends."""
     back = edge.reverse
     there, here = edge.direction(end=True), edge.direction(end=False)
     return [
-        offset(edge, reach), *_round(edge.ends[1], reach, there, -there),
-        offset(back, reach), *_round(edge.ends[0], reach, -here, here),
+        offset_edge(edge, reach), *_rounding_arc(edge.ends[1], reach, there, -there),
+        offset_edge(back, reach), *_rounding_arc(edge.ends[0], reach, -here, here),
     ]  # fmt: skip
 
 
-def moved_out(edges: list[Edge], reach: float) -> list[Edge]:
+def grown_outline(edges: list[Edge], reach: float) -> list[Edge]:
     """A convex outline and everything within ``reach`` of it."""
     found: list[Edge] = []
     for k, edge in enumerate(edges):
         after = edges[(k + 1) % len(edges)]
-        found += [offset(edge, reach), *_round(edge.ends[1], reach, edge.direction(True), after.direction(False))]
+        found += [
+            offset_edge(edge, reach),
+            *_rounding_arc(edge.ends[1], reach, edge.direction(True), after.direction(False)),
+        ]
     return found
 
 
@@ -170,7 +173,7 @@ def fine_points(edge: Edge) -> FloatArray:
     """Points, without the last, between which lines are nowhere farther from it than can be seen."""
     if edge.straight:
         return edge.points[:1]
-    count = SAMPLED
+    count = SAMPLE_PIECES
     while True:
         places = np.linspace(edge.begin, edge.end, count + 1)
         points = edge.at(places)[:2].T

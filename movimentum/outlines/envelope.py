@@ -23,22 +23,22 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray, within_half
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.cubics import between
-from movimentum.outlines.going_along import across, ahead, roots
+from movimentum.outlines.cubics import cubic_offsets
+from movimentum.outlines.tangential_motion import inward_speed, outward_speed, tangential_places
 from movimentum.records import dataclass
 from movimentum.tolerances import CUT_ALONG, CUT_EXACT, CUT_MATCHED, CUT_RESTS
 
-Course = Callable[[Sequence[Fraction]], FloatArray]
+ToolMotion = Callable[[Sequence[Fraction]], FloatArray]
 """From N instants to (10, N): x, y, c, s, vx, vy and w of the tool in the frame that is cut, and the rates of the last
 three, nan where there are none; nan without a solution.
 """
 
 INSTANTS = 720
 """Of a film, to begin with; half a degree of a turn."""
-ROUNDS = 12
+HALVING_ROUNDS = 12
 """How often an interval is halved."""
 MOST_INSTANTS = 20_000
-BETWEEN = 4
+CAP_POINTS = 4
 """Points of a cap between two samples of the outline."""
 JUST_BEFORE = Fraction(1, 10**12)
 """Of a part of a film: how long before its end its last instant is, so that the motion is that of the part."""
@@ -60,7 +60,7 @@ class EnvelopeRun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolPoses:
-    """Poses (10, N) of a tool, as `Course` has them, at ``times`` (N,)."""
+    """Poses (10, N) of a tool, as `ToolMotion` has them, at ``times`` (N,)."""
 
     times: FloatArray
     poses: FloatArray
@@ -70,7 +70,7 @@ NO_POSES = ToolPoses(np.empty(0), np.empty((10, 0)))
 
 
 @dataclass(slots=True, eq=False)
-class _Instants:
+class _CutInstants:
     """What is cut at N instants, in order: their times (N,), also as whole ``ticks`` of their part of the film, and
     poses (10, N); and the points of all, one instant's after the other's: ``begins`` (N + 1,) are the first ones.
     """
@@ -103,35 +103,35 @@ class _Instants:
         """(M, count): the same, one row for each of M instants that have so many."""
         return self.rows(which).reshape(-1, count)
 
-    def some(self, which: IntArray) -> _Instants:
+    def some(self, which: IntArray) -> _CutInstants:
         """Only these instants, in this order."""
         begins = np.append(0, np.cumsum(self.counts[which]))
         rows = self.rows(which)
-        return _Instants(
+        return _CutInstants(
             self.ticks[which], self.times[which], self.poses[:, which], begins,
             self.place[rows], self.rising[rows], self.points[rows], self.along[rows], self.bend[rows],
         )  # fmt: skip
 
-    def followed_by(self, other: _Instants) -> _Instants:
+    def followed_by(self, other: _CutInstants) -> _CutInstants:
         """These, and then the others."""
         names = ("ticks", "times", "place", "rising", "points", "along", "bend")
         parts = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
         poses = np.concatenate([self.poses, other.poses], axis=1)
-        return _Instants(poses=poses, begins=np.append(self.begins, self.begins[-1] + other.begins[1:]), **parts)
+        return _CutInstants(poses=poses, begins=np.append(self.begins, self.begins[-1] + other.begins[1:]), **parts)
 
 
 def envelope(
-    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], course: Course, branches: int = 0
+    tool: Contour, parts: Sequence[tuple[Fraction, Fraction]], tool_motion: ToolMotion, branches: int = 0
 ) -> tuple[list[EnvelopeRun], ToolPoses]:
-    """The runs that ``tool`` cuts while it moves as ``course`` says, and its poses in order of time. ``parts``:
+    """The runs that ``tool`` cuts while it moves as ``tool_motion`` says, and its poses in order of time. ``parts``:
     from when to when the motion is smooth; ``branches``: so many have numbers already.
     """
-    cut = _Cut(tool, course, branches)
+    cut = _EnvelopeSearch(tool, tool_motion, branches)
     strands = [strand for begin, end in parts if end > begin and len(strand := cut.strand(begin, end))]
     if not strands:
         return [], NO_POSES
     runs = [run for strand in strands for run in cut.runs(strand)]
-    film = reduce(_Instants.followed_by, strands)
+    film = reduce(_CutInstants.followed_by, strands)
     moving = film.some(np.flatnonzero(film.counts))
     for k in cut.standing(moving):
         if cut.turns(moving, k):
@@ -139,26 +139,26 @@ def envelope(
     return runs, ToolPoses(film.times, film.poses)
 
 
-class _Cut:
-    def __init__(self, tool: Contour, course: Course, branches: int) -> None:
-        self.tool, self.course = tool, course
+class _EnvelopeSearch:
+    def __init__(self, tool: Contour, tool_motion: ToolMotion, branches: int) -> None:
+        self.tool, self.tool_motion = tool, tool_motion
         self.fast = 0.0
         self.size = tool.size
         self.branches = branches
 
     # --- instants
 
-    def strand(self, begin: Fraction, end: Fraction) -> _Instants:
+    def strand(self, begin: Fraction, end: Fraction) -> _CutInstants:
         """The instants of one part of the film, so many that curves between them are known."""
         last = end - (end - begin) * JUST_BEFORE
-        tick = (last - begin) / (INSTANTS << ROUNDS)
+        tick = (last - begin) / (INSTANTS << HALVING_ROUNDS)
         whole = begin.numerator * tick.denominator, tick.numerator * begin.denominator
         below = begin.denominator * tick.denominator
 
-        def at(ticks: IntArray) -> _Instants:
+        def at(ticks: IntArray) -> _CutInstants:
             return self.instants(ticks, [Fraction(whole[0] + whole[1] * k, below) for k in ticks.tolist()])
 
-        found = at(np.arange(INSTANTS + 1) << ROUNDS)
+        found = at(np.arange(INSTANTS + 1) << HALVING_ROUNDS)
         good = np.isfinite(found.poses[:7]).all(axis=0)
         if not good.all():
             found = found.some(np.arange(int(np.argmin(good))))
@@ -166,15 +166,15 @@ class _Cut:
             return found
         self.size = max(self.size, float(np.ptp(found.poses[:2], axis=1).max()))
         wide = np.arange(len(found) - 1)  # after these instants there is to be another one
-        for _ in range(ROUNDS):
+        for _ in range(HALVING_ROUNDS):
             if not len(wide) or len(found) + len(wide) > MOST_INSTANTS:
                 break
             found, wide = self.halved(found, wide, at)
         return found
 
     def halved(
-        self, found: _Instants, wide: IntArray, at: Callable[[IntArray], _Instants]
-    ) -> tuple[_Instants, IntArray]:
+        self, found: _CutInstants, wide: IntArray, at: Callable[[IntArray], _CutInstants]
+    ) -> tuple[_CutInstants, IntArray]:
         """With one more instant after each of ``wide``, and after which of all there is to be yet another one."""
         middles = at((found.ticks[wide] + found.ticks[wide + 1]) >> 1)
         good = np.isfinite(middles.poses[:7]).all(axis=0)
@@ -186,20 +186,20 @@ class _Cut:
         ones = ones[~self.known(made, ones + 1)]
         return made, np.sort(np.append(ones, ones + 1))
 
-    def instants(self, ticks: IntArray, times: Sequence[Fraction]) -> _Instants:
+    def instants(self, ticks: IntArray, times: Sequence[Fraction]) -> _CutInstants:
         """What is cut at some instants."""
-        poses = self.course(times)
+        poses = self.tool_motion(times)
         _x, _y, c, s, vx, vy, w = poses[:7]
         speed = np.hypot(vx, vy) + abs(w) * self.tool.size
         self.fast = max(self.fast, float(np.nanmax(speed, initial=0.0)))
         inward = np.stack([c * vx + s * vy, c * vy - s * vx, w])  # the velocity in the tool's frame
         moves = np.isfinite(poses[:7]).all(axis=0) & (speed > CUT_RESTS * self.fast)
-        number, place, rising = roots(self.tool, inward, moves)
+        number, place, rising = tangential_places(self.tool, inward, moves)
         points, along = self.laid(place, poses[:4, number])
         begins = np.searchsorted(number, np.arange(len(times) + 1))
         moments = np.array([float(time) for time in times])
         bend = self.bends(place, poses[:, number])
-        return _Instants(ticks, moments, poses, begins, place, rising, points, along, bend)
+        return _CutInstants(ticks, moments, poses, begins, place, rising, points, along, bend)
 
     def laid(self, place: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points (M, 2) of the tool in the frame, and the directions with the tool on the right."""
@@ -220,7 +220,7 @@ class _Cut:
         vx, vy, ax, ay = c * vx + s * vy, c * vy - s * vx, c * ax + s * ay, c * ay - s * ax
         size = np.hypot(tx, ty)
         with np.errstate(all="ignore"):
-            change = across(self.tool, place, np.stack([vx, vy, w]))[1]
+            change = inward_speed(self.tool, place, np.stack([vx, vy, w]))[1]
             faster = tx * (ay - w * vx + aw * px) - ty * (ax + w * vy - aw * py)
             moves = -faster / change
             turn = (tx * ry - ty * rx) / (size * size)
@@ -232,7 +232,7 @@ class _Cut:
 
     # --- from instant to instant
 
-    def onward(self, all_: _Instants, ones: IntArray, others: IntArray) -> IntArray:
+    def onward(self, all_: _CutInstants, ones: IntArray, others: IntArray) -> IntArray:
         """(P,): for each point of the instants ``ones`` which it is at the instants ``others``; -1: none."""
         found = np.full(len(all_.place), -1)
         before, after = all_.counts[ones], all_.counts[others]
@@ -254,7 +254,7 @@ class _Cut:
             found[here[good]] = there[row, to][good]
         return found
 
-    def known(self, all_: _Instants, middles: IntArray) -> BoolArray:
+    def known(self, all_: _CutInstants, middles: IntArray) -> BoolArray:
         """(M,): whether the curves from the instants before ``middles`` to those after them say where these are."""
         counts = all_.counts
         to, onward = self.onward(all_, middles - 1, middles), self.onward(all_, middles, middles + 1)
@@ -267,12 +267,12 @@ class _Cut:
         every = alike[owner]
         one, middle, other, owner = one[every], middle[every], other[every], owner[every]
         points, along = all_.points, all_.along
-        across = between(points[one], along[one], points[other], along[other], points[middle], along[middle])
+        across = cubic_offsets(points[one], along[one], points[other], along[other], points[middle], along[middle])
         worst = np.zeros(len(middles))
         np.maximum.at(worst, owner, across)
         return alike & (worst <= CUT_EXACT * self.size)
 
-    def runs(self, strand: _Instants) -> list[EnvelopeRun]:
+    def runs(self, strand: _CutInstants) -> list[EnvelopeRun]:
         """The branches of a part of the film, cut where they turn back."""
         one = np.arange(len(strand) - 1)
         onward = self.onward(strand, one, one + 1)
@@ -289,7 +289,7 @@ class _Cut:
         branches.sort(key=lambda branch: branch[-1])
         return [run for branch in branches for run in self._turned(strand, times, branch)]
 
-    def _turned(self, strand: _Instants, times: FloatArray, branch: list[int]) -> list[EnvelopeRun]:
+    def _turned(self, strand: _CutInstants, times: FloatArray, branch: list[int]) -> list[EnvelopeRun]:
         points, along, bend = strand.points[branch], strand.along[branch], strand.bend[branch]
         times = times[branch]
         self.branches += 1
@@ -312,13 +312,13 @@ class _Cut:
 
     # --- where it rests, or goes another way at once
 
-    def standing(self, moving: _Instants) -> list[int]:
+    def standing(self, moving: _CutInstants) -> list[int]:
         """After which of these instants the pose is still the same in the next one."""
         x, y, c, s = np.diff(moving.poses[:4], axis=1)
         off = np.hypot(x, y) + self.tool.size * np.hypot(c, s)
         return np.flatnonzero(off <= CUT_ALONG * self.size).tolist()
 
-    def turns(self, moving: _Instants, k: int) -> bool:
+    def turns(self, moving: _CutInstants, k: int) -> bool:
         """Whether the motion has another direction after an instant than before, at one pose."""
         own = slice(moving.begins[k], moving.begins[k + 1])
         onward = self.onward(moving, np.array([k]), np.array([k + 1]))[own]
@@ -326,7 +326,7 @@ class _Cut:
             return True
         return bool((np.hypot(*(moving.points[own] - moving.points[onward]).T) > CUT_ALONG * self.size).any())
 
-    def caps(self, moving: _Instants, k: int) -> list[EnvelopeRun]:
+    def caps(self, moving: _CutInstants, k: int) -> list[EnvelopeRun]:
         """The parts of the outline that went ahead before, and do not after."""
         tool = self.tool
         place = np.unique(tool.inside(moving.place[moving.begins[k] : moving.begins[k + 2]]))
@@ -337,10 +337,12 @@ class _Cut:
         found: list[EnvelopeRun] = []
         for begin, end in zip(place[: len(ends)], ends, strict=True):
             middle = np.array([(begin + end) / 2.0])
-            if ahead(tool, middle, before)[0] > 0.0 > ahead(tool, middle, after)[0]:
+            if outward_speed(tool, middle, before)[0] > 0.0 > outward_speed(tool, middle, after)[0]:
                 inner = np.concatenate([tool.samples, tool.samples + tool.period])
                 inner = np.concatenate([[begin], inner[(inner > begin) & (inner < end)], [end]])
-                fine = np.interp(np.arange(BETWEEN * (len(inner) - 1) + 1) / BETWEEN, np.arange(len(inner)), inner)
+                fine = np.interp(
+                    np.arange(CAP_POINTS * (len(inner) - 1) + 1) / CAP_POINTS, np.arange(len(inner)), inner
+                )
                 points, along = self.laid(fine, np.repeat(before[:4, None], len(fine), axis=1))
                 bend = self._own_bends(fine)
                 if tool.side < 0.0:  # counter-clockwise, and the tool is to be on the right

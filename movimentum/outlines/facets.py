@@ -14,11 +14,11 @@ from movimentum.arrays import BoolArray, FloatArray, nexts
 from movimentum.records import dataclass
 from movimentum.tolerances import FACETS_TOUCH, LEAST_DIVISOR
 
-MOST_CROSSING = 16_000_000
+MOST_EDGE_PAIRS = 16_000_000
 """Pairs of edges that are looked at for a crossing."""
-MOST_TRIED = 64
+MOST_CORNERS_TRIED = 64
 """Corners at which a place inside is looked for."""
-MOST_COMPARED = 200_000
+PAIRS_AT_A_TIME = 200_000
 """Pairs of a corner and an edge that are compared at once."""
 
 
@@ -45,7 +45,7 @@ class Facets:
         size = float(np.ptp(points, axis=0).max())
         once = abs(float(np.arctan2(turn, np.sum(before * edges, axis=1)).sum())) < 2.1 * np.pi
         one_way = bool(((-turn if hollow else turn) >= -FACETS_TOUCH * size * size).all()) and (len(points) < 3 or once)
-        within = () if hollow or len(points) < 3 else _within(points, size)
+        within = () if hollow or len(points) < 3 else _spread_corners(points, size)
         return Facets(points, hollow, one_way and not hollow, one_way and hollow, size, within)
 
     def moved(self, pose: FloatArray) -> FloatArray:
@@ -74,10 +74,10 @@ class Feature:
 
 def _to_edges(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Squared distances (…, N, M) of corners p (…, N, 2) to the edges of q (…, M, 2), and the parts of the edges."""
-    return to_edges(p, q, nexts(q))
+    return distances_to_edges(p, q, nexts(q))
 
 
-def to_edges(p: FloatArray, q: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+def distances_to_edges(p: FloatArray, q: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The same for edges from q (…, M, 2) to ``end``."""
     e = end - q
     size = np.maximum(np.sum(e * e, axis=-1), LEAST_DIVISOR)
@@ -88,10 +88,10 @@ def to_edges(p: FloatArray, q: FloatArray, end: FloatArray) -> tuple[FloatArray,
     return wx * wx + wy * wy, part
 
 
-def distances(p: FloatArray, q: FloatArray) -> FloatArray:
+def edge_distances(p: FloatArray, q: FloatArray) -> FloatArray:
     """(F,): how far the edges of p (N, 2) are from those of q (F, M, 2), if none cross."""
     found = np.empty(len(q))
-    step = max(1, MOST_COMPARED // (len(p) * q.shape[1]))
+    step = max(1, PAIRS_AT_A_TIME // (len(p) * q.shape[1]))
     for begin in range(0, len(q), step):
         some = q[begin : begin + step]
         one = _to_edges(p[None], some)[0].min(axis=(1, 2))
@@ -100,7 +100,7 @@ def distances(p: FloatArray, q: FloatArray) -> FloatArray:
     return found
 
 
-def nearest(p: FloatArray, q: FloatArray) -> Feature:
+def nearest_features(p: FloatArray, q: FloatArray) -> Feature:
     """Where p (N, 2) and q (M, 2) are nearest, if they do not overlap."""
     one, at = _to_edges(p, q)
     other, on = _to_edges(q, p)
@@ -111,10 +111,10 @@ def nearest(p: FloatArray, q: FloatArray) -> Feature:
     return Feature(float(np.sqrt(other[j, i])), (int(i), float(on[j, i])), (int(j), 0.0))
 
 
-def crossing(points: FloatArray) -> FloatArray | None:
+def self_crossing(points: FloatArray) -> FloatArray | None:
     """(2,): where a polygon crosses itself; None where it does not, or has too many corners to look."""
     count = len(points)
-    if count < 4 or count * count > MOST_CROSSING:
+    if count < 4 or count * count > MOST_EDGE_PAIRS:
         return None
     p, q = points, nexts(points)
     e, least = q - p, FACETS_TOUCH * float(np.ptp(points, axis=0).max())
@@ -151,7 +151,7 @@ def _crossing_in_a_corner(points: FloatArray, edges: FloatArray, least: float) -
 # --- convex ones, at once
 
 
-def outward(points: FloatArray) -> FloatArray:
+def outward_normals(points: FloatArray) -> FloatArray:
     """The unit normals (…, N, 2) of the edges of a polygon (…, N, 2), to what is free."""
     e = nexts(points) - points
     normal = np.stack([e[..., 1], -e[..., 0]], axis=-1)
@@ -160,7 +160,7 @@ def outward(points: FloatArray) -> FloatArray:
 
 def separations(p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of convex p (N, 2) and q (F, M, 2): how far each normal of p (F, N) and of q (F, M) keeps them apart."""
-    n, m = outward(p), outward(q)
+    n, m = outward_normals(p), outward_normals(q)
     here = np.min(np.einsum("nk,fmk->fnm", n, q), axis=2) - np.sum(n * p, axis=1)
     there = np.min(np.einsum("fmk,nk->fmn", m, p), axis=2) - np.sum(m * q, axis=2)
     # a point has no normals
@@ -175,14 +175,14 @@ def convex_gaps(p: FloatArray, q: FloatArray) -> FloatArray:
     depth = np.maximum(here.max(axis=1, initial=-np.inf), there.max(axis=1, initial=-np.inf))
     apart = depth > -FACETS_TOUCH * float(np.ptp(p, axis=0).max() + np.ptp(q, axis=1).max())
     if apart.any():  # lines along each other have no normal that parts them
-        depth[apart] = distances(p, q[apart])
+        depth[apart] = edge_distances(p, q[apart])
     return depth
 
 
 # --- any
 
 
-def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
+def points_inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     """Which of the points (…, K, 2) are inside polygons (…, M, 2)."""
     x, y = points[..., :, None, 0], points[..., :, None, 1]
     (ax, ay), (bx, by) = (np.moveaxis(each, -1, 0)[..., None, :] for each in (polygon, nexts(polygon)))
@@ -192,43 +192,43 @@ def inside(points: FloatArray, polygon: FloatArray) -> BoolArray:
     return (np.sum(crosses & (x < at), axis=-1) % 2).astype(np.bool_)
 
 
-def overlap(a: Facets, b: Facets, q: FloatArray) -> bool:
+def overlaps(a: Facets, b: Facets, q: FloatArray) -> bool:
     """Whether a and b, whose corners are at q (M, 2), overlap by more than rounding."""
-    return bool(overlapping(a, b, q[None])[0])
+    return bool(overlaps_at(a, b, q[None])[0])
 
 
-def overlapping(a: Facets, b: Facets, q: FloatArray) -> BoolArray:
+def overlaps_at(a: Facets, b: Facets, q: FloatArray) -> BoolArray:
     """(K,): the same for the corners of b at K places, q (K, M, 2)."""
     found = np.zeros(len(q), dtype=np.bool_)
     p, least = a.points, FACETS_TOUCH * max(a.size, b.size)
     some = np.arange(len(q))
     if not a.hollow and not b.hollow:
         some = np.nonzero(((p.max(axis=0) >= q.min(axis=1)) & (q.max(axis=1) >= p.min(axis=0))).all(axis=1))[0]
-    step = max(1, MOST_COMPARED // (len(p) * q.shape[1]))
+    step = max(1, PAIRS_AT_A_TIME // (len(p) * q.shape[1]))
     for begin in range(0, len(some), step):
         own = some[begin : begin + step]
         found[own] = _edges_cross(p, q[own], least)
     some = some[~found[some]]
     if len(p) > 2:
-        found[some] = _deep_in(np.concatenate([q[some], _middles(q[some])], axis=1), p[None], a.hollow, least)
+        found[some] = _deep_inside(np.concatenate([q[some], _middles(q[some])], axis=1), p[None], a.hollow, least)
         some = some[~found[some]]
     if q.shape[1] > 2 and len(some):
         points = np.concatenate([p, _middles(p)])
-        found[some] = _deep_in(np.broadcast_to(points, (len(some), *points.shape)), q[some], b.hollow, least)
+        found[some] = _deep_inside(np.broadcast_to(points, (len(some), *points.shape)), q[some], b.hollow, least)
         some = some[~found[some]]
     if b.within and len(p) > 2 and len(some):  # all around, the one may lie on the other
-        found[some] = _deep_in(q[some][:, list(b.within)].mean(axis=1, keepdims=True), p[None], a.hollow, least)
+        found[some] = _deep_inside(q[some][:, list(b.within)].mean(axis=1, keepdims=True), p[None], a.hollow, least)
     return found
 
 
-def _within(points: FloatArray, size: float) -> tuple[int, ...]:
+def _spread_corners(points: FloatArray, size: float) -> tuple[int, ...]:
     """See `Facets`: of some corners, each with those beside it and with two that are far."""
     count = len(points)
-    k = np.unique(np.linspace(0, count - 1, min(count, MOST_TRIED)).round()).astype(np.intp)[:, None]
+    k = np.unique(np.linspace(0, count - 1, min(count, MOST_CORNERS_TRIED)).round()).astype(np.intp)[:, None]
     beside, far = np.array([-1, 0, 1]), np.array([0, count // 3, 2 * count // 3])
     three = np.concatenate([k + beside, k + far]) % count
     middles = points[three].mean(axis=1)
-    deep = np.where(inside(middles, points), _to_edges(middles, points)[0].min(axis=1), 0.0)
+    deep = np.where(points_inside(middles, points), _to_edges(middles, points)[0].min(axis=1), 0.0)
     best = int(np.argmax(deep))
     return tuple(three[best].tolist()) if deep[best] > (FACETS_TOUCH * size) ** 2 else ()
 
@@ -237,7 +237,7 @@ def _middles(points: FloatArray) -> FloatArray:
     return (points + nexts(points)) / 2.0
 
 
-def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> BoolArray:
+def _deep_inside(points: FloatArray, solid: FloatArray, hollow: bool, least: float) -> BoolArray:
     """(K,) whether one of points (K, L, 2) is in what is solid (K or 1, N, 2), more than ``least`` from its edges."""
     found = np.zeros(len(points), dtype=np.bool_)
     may = np.ones(points.shape[:2], dtype=np.bool_)
@@ -245,12 +245,12 @@ def _deep_in(points: FloatArray, solid: FloatArray, hollow: bool, least: float) 
         low, high = solid.min(axis=1)[:, None], solid.max(axis=1)[:, None]
         may = ((points >= low) & (points <= high)).all(axis=2)
     place, which = np.nonzero(may)
-    step = max(1, MOST_COMPARED // solid.shape[1])
+    step = max(1, PAIRS_AT_A_TIME // solid.shape[1])
     for begin in range(0, len(place), step):
         k, own = place[begin : begin + step], which[begin : begin + step]
         polygon = solid if len(solid) == 1 else solid[k]
         point = points[k, own][:, None]
-        within = inside(point, polygon)[:, 0] != hollow
+        within = points_inside(point, polygon)[:, 0] != hollow
         if within.any():
             polygon = polygon if len(polygon) == 1 else polygon[within]
             deep = _to_edges(point[within], polygon)[0][:, 0].min(axis=1) > least * least

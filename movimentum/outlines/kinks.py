@@ -12,14 +12,14 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ONE, ZERO, Expr, add, call, const, mul, neg, rebuild, sub, walk
 from movimentum.expressions.tables import Table
-from movimentum.outlines.contour import PLACE, numeric, slope
+from movimentum.outlines.contour import PLACE, derivative_by, numeric
 from movimentum.tolerances import CUSP_SLOW, CUSP_STANDS, KINK_AS_SAID, SHORTEST_PIECE
 
-SEARCHED = 4096
+KINK_SEARCH_PLACES = 4096
 """Where kinks are looked for: between so many places."""
 MOST_PIECES = 2000
 """Of a curve by expressions: more are not told apart by the places between which they are looked for."""
-CUSPS_SEARCHED = 512
+CUSP_SEARCH_PLACES = 512
 """Where cusps are looked for, of each smooth piece."""
 
 
@@ -33,15 +33,15 @@ class TooManyPieces(Exception):
 
 def cusps_of(position: tuple[Expr, Expr], begin: float, end: float) -> list[float]:
     """Where a smooth piece stands still for an instant, and may turn back."""
-    rates = [slope(each) for each in position]
-    values = numeric([*rates, *map(slope, rates)])
+    rates = [derivative_by(each) for each in position]
+    values = numeric([*rates, *map(derivative_by, rates)])
 
     def at(places: FloatArray) -> tuple[FloatArray, FloatArray]:
         with np.errstate(all="ignore"):  # a curve may go beyond all numbers
             x, y, u, v = values(places)
             return x * x + y * y, x * u + y * v  # the square of the speed, and half of how it changes
 
-    places = np.linspace(begin, end, CUSPS_SEARCHED + 1)
+    places = np.linspace(begin, end, CUSP_SEARCH_PLACES + 1)
     square, change = at(places)
     most = float(np.max(square[np.isfinite(square)], initial=0.0))
     slow = np.minimum(square[:-1], square[1:]) <= CUSP_SLOW * CUSP_SLOW * most
@@ -66,7 +66,7 @@ def kinks_of(roots: Sequence[Expr], first: float, last: float) -> list[float]:
         found = np.stack(values(places))
         return np.where(np.isfinite(found), np.floor(found), -np.inf)
 
-    places = np.linspace(first, last, SEARCHED + 1)
+    places = np.linspace(first, last, KINK_SEARCH_PLACES + 1)
     seen = state(places)
     inner: list[float] = []
     changes = np.nonzero((seen[:, 1:] != seen[:, :-1]).any(axis=0))[0].tolist()

@@ -16,51 +16,51 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, neg, sub, symbol
 from movimentum.expressions.walk import substitute
-from movimentum.outlines.contour import Contour, numeric, put_in, slope
-from movimentum.outlines.search import of_points, of_two
+from movimentum.outlines.contour import Contour, derivative_by, numeric, substitute_place
+from movimentum.outlines.nearest_search import nearest_of_two, nearest_to_points
 from movimentum.records import dataclass, replace
 
 U, V = symbol("place"), symbol("other place")
-LONGER = 2
-CHUNK = 256
+LENGTH_EXCESS = 2
+POSES_AT_A_TIME = 256
 """Poses of a point that are compared at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
     """The place on ``first`` (``which`` 0) or on ``second`` (1) where both are nearest; ``second`` None: a point. With
-    `LONGER` it is how much longer the way between them is than across the first: more than 1 where they overlap and two
-    places together stop the shortest way out.
+    `LENGTH_EXCESS` it is how much longer the way between them is than across the first: more than 1 where they overlap
+    and two places together stop the shortest way out.
 
     Arguments are (x, y) of the point in the frame of ``first``; or of the origin of ``second`` there, and cosine and
-    sine of how far it is turned. ``counts``: the rounds of a closed outline count where the place is followed, and
-    everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn. ``share``: it is given by its
-    share of the outline's length.
+    sine of how far it is turned. ``counts_rounds``: the rounds of a closed outline count where the place is followed,
+    and everywhere from ``drawn`` on, if that is not None: where it is as everything is drawn. ``share``: it is given by
+    its share of the outline's length.
     """
 
     first: Contour
     second: Contour | None = None
     which: int = 0
-    counts: bool = False
+    counts_rounds: bool = False
     drawn: float | None = None
     share: bool = False
 
     def other(self, which: int) -> Nearest:
         """The place on the other one."""
-        return replace(self, which=which, counts=False, drawn=None, share=False)
+        return replace(self, which=which, counts_rounds=False, drawn=None, share=False)
 
-    def counted(self, drawn: float | None = None) -> Nearest:
+    def counting_rounds(self, drawn: float | None = None) -> Nearest:
         """The same with rounds that count."""
-        return replace(self, counts=True, drawn=drawn)
+        return replace(self, counts_rounds=True, drawn=drawn)
 
     def shared(self) -> Nearest:
         """The same with rounds that count, as a share of the length."""
-        return replace(self, counts=True, share=True)
+        return replace(self, counts_rounds=True, share=True)
 
     @property
-    def plain(self) -> Nearest:
+    def uncounted(self) -> Nearest:
         """The same place, whoever asks for it."""
-        return replace(self, counts=False, drawn=None, share=False) if self.counts or self.share else self
+        return replace(self, counts_rounds=False, drawn=None, share=False) if self.counts_rounds or self.share else self
 
     def place(self, *pose: Expr) -> Expr:
         """The place as an expression."""
@@ -68,12 +68,12 @@ class Nearest:
 
     def rate(self, node: Expr, d: Sequence[Expr]) -> Expr:
         """How fast the place moves, given how its arguments do: the rows of the contact stay zero."""
-        if self.which == LONGER:
+        if self.which == LENGTH_EXCESS:
             return ZERO
         if self.share:
-            place = Expr(node.op, node.args, self.plain)
-            pace = put_in(slope(self.outline.travelled), place)
-            return mul(div(pace, const(self.outline.length)), self.plain.rate(place, d))
+            place = Expr(node.op, node.args, self.uncounted)
+            pace = substitute_place(derivative_by(self.outline.arc_length), place)
+            return mul(div(pace, const(self.outline.length)), self.uncounted.rate(place, d))
         return _rate(self, node, d)
 
     def value(self, m: Any, *pose: Any) -> Any:
@@ -106,7 +106,7 @@ class Nearest:
         flat = np.stack([each.reshape(-1) for each in arrays])
         found = _places(self.first, self.second, flat.tobytes(), flat.shape[1])[self.which].reshape(shape)
         if self.share:
-            (found,) = numeric([self.outline.travelled])(found)
+            (found,) = numeric([self.outline.arc_length])(found)
             found = found / self.outline.length
         return found if shape else float(found)
 
@@ -117,11 +117,13 @@ def _places(first: Contour, second: Contour | None, pose: bytes, count: int) -> 
     args = np.frombuffer(pose).reshape(-1, count)
     result = np.full((3, count), np.nan)
     good = np.logical_and.reduce(np.isfinite(args), axis=0)
-    for begin in range(0, count, CHUNK):
-        some = np.nonzero(good[begin : begin + CHUNK])[0] + begin
+    for begin in range(0, count, POSES_AT_A_TIME):
+        some = np.nonzero(good[begin : begin + POSES_AT_A_TIME])[0] + begin
         if len(some):
             result[:, some] = (
-                of_points(first, args[:, some]) if second is None else of_two(first, second, args[:, some])
+                nearest_to_points(first, args[:, some])
+                if second is None
+                else nearest_of_two(first, second, args[:, some])
             )
     return result
 
@@ -132,17 +134,17 @@ def _places(first: Contour, second: Contour | None, pose: bytes, count: int) -> 
 def in_frame(second: Contour, pose: tuple[Expr, ...], place: Expr) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
     """A place of ``second`` and its direction there, in the frame of the first."""
     x, y, c, s = pose
-    px, py, tx, ty = (put_in(each, place) for each in (*second.position, *second.direction))
+    px, py, tx, ty = (substitute_place(each, place) for each in (*second.position, *second.direction))
     return (
         (add(x, sub(mul(c, px), mul(s, py))), add(y, add(mul(s, px), mul(c, py)))),
         (sub(mul(c, tx), mul(s, ty)), add(mul(s, tx), mul(c, ty))),
     )
 
 
-def rows(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -> list[Expr]:
+def contact_rows(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -> list[Expr]:
     """What is zero where the places are those of a contact: the line between them is across the outlines."""
     first = touch.first
-    ax, ay, tx, ty = (put_in(each, places[0]) for each in (*first.position, *first.direction))
+    ax, ay, tx, ty = (substitute_place(each, places[0]) for each in (*first.position, *first.direction))
     if touch.second is None:
         (x, y), found = (pose[0], pose[1]), []
     else:
@@ -151,16 +153,16 @@ def rows(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -> li
     return [*found, add(mul(sub(x, ax), tx), mul(sub(y, ay), ty))]
 
 
-def distance(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -> Expr:
+def signed_distance(touch: Nearest, pose: tuple[Expr, ...], places: tuple[Expr, ...]) -> Expr:
     """The distance between the places: negative where they overlap."""
     first = touch.first
-    ax, ay, tx, ty = (put_in(each, places[0]) for each in (*first.position, *first.direction))
+    ax, ay, tx, ty = (substitute_place(each, places[0]) for each in (*first.position, *first.direction))
     x, y = (pose[0], pose[1]) if touch.second is None else in_frame(touch.second, pose, places[1])[0]
     across = sub(mul(tx, sub(y, ay)), mul(ty, sub(x, ax)))
     length = call("sqrt", add(mul(tx, tx), mul(ty, ty)))
     found = div(across, length)
     if touch.second is not None and not (first.facets.convex and touch.second.facets.convex):
-        found = mul(found, touch.other(LONGER).place(*pose))
+        found = mul(found, touch.other(LENGTH_EXCESS).place(*pose))
     return found if first.side > 0.0 else neg(found)
 
 
@@ -173,14 +175,14 @@ def _rate(touch: Nearest, node: Expr, d: Sequence[Expr]) -> Expr:
     def put(root: Expr) -> Expr:
         return substitute(root, lambda leaf: back.get(leaf))
 
-    found = rows(touch, marks, places)
+    found = contact_rows(touch, marks, places)
     changes: list[Expr] = []
     for row in found:
         total = ZERO
         for mark, rate in zip(marks, d, strict=True):
-            total = add(total, mul(put(slope(row, mark)), rate))
+            total = add(total, mul(put(derivative_by(row, mark)), rate))
         changes.append(neg(total))
-    matrix = [[put(slope(row, place)) for place in places] for row in found]
+    matrix = [[put(derivative_by(row, place)) for place in places] for row in found]
     if touch.count == 1:
         return div(changes[0], matrix[0][0])
     (a, b), (c, e) = matrix

@@ -11,11 +11,11 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import call, const
 from movimentum.expressions.tables import Ends, Table
-from movimentum.outlines.contour import PLACE, Contour, slope
-from movimentum.outlines.cubics import arc
+from movimentum.outlines.contour import PLACE, Contour, derivative_by
+from movimentum.outlines.cubics import arc_length
 from movimentum.outlines.envelope import EnvelopeRun
-from movimentum.outlines.pieces import CurvePiece, chained, corner
-from movimentum.outlines.swept import SweptOutlines
+from movimentum.outlines.expression_outlines import CurvePiece, chained_pieces, corner_piece
+from movimentum.outlines.swept_regions import SweptOutlines
 from movimentum.records import dataclass
 from movimentum.tolerances import (
     CUT_ALONG,
@@ -50,26 +50,26 @@ class Profile:
     outer: bool = False
 
 
-def profile(runs: Sequence[EnvelopeRun], swept: SweptOutlines, *, outer: bool = False) -> Profile | None:
+def cut_profile(runs: Sequence[EnvelopeRun], swept: SweptOutlines, *, outer: bool = False) -> Profile | None:
     """What the runs of an envelope leave: the edge nearest to the frame's origin, or if the tool comes over that, or
     ``outer``, the outermost. None if nothing is left.
     """
     if not runs:
         return None
     size = max(float(np.ptp(np.concatenate([run.points for run in runs]), axis=0).max()), swept.size)
-    stretches = _left(runs, swept, CUT_BESIDE * size)
+    stretches = _uncovered_parts(runs, swept, CUT_BESIDE * size)
     if not stretches:
         return None
     outer = outer or bool(swept.covers(np.zeros((1, 2)))[0])
     chain, closed = _chain(stretches, size, outer)
-    chain, corners = _met(chain, closed, size)
+    chain, corners = _trimmed_at_crossings(chain, closed, size)
     points = np.concatenate([each.points for each in chain])
     new = np.append(True, np.hypot(*np.diff(points, axis=0).T) > CUT_EXACT * size)
     return Profile(_contour(chain, closed), points[new], tuple(corners), outer)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Stretch:
+class _RunPart:
     """A part of a run that is left, with a point beyond each end that is not, if there is one (``over``)."""
 
     run: EnvelopeRun
@@ -86,13 +86,13 @@ class _Stretch:
         return self.run.points[self.end]
 
 
-def _left(runs: Sequence[EnvelopeRun], swept: SweptOutlines, beside: float) -> list[_Stretch]:
+def _uncovered_parts(runs: Sequence[EnvelopeRun], swept: SweptOutlines, beside: float) -> list[_RunPart]:
     """What of the runs the tool does not go over; where it goes over a part is found by halving, of all at once."""
     points = np.concatenate([run.points for run in runs])
     along = np.concatenate([run.along for run in runs])
     off = points + beside * np.stack([-along[:, 1], along[:, 0]], axis=-1)  # where something is left, if it is
     firsts = np.cumsum([0, *(len(run.points) for run in runs)])
-    asked = np.concatenate([_asked(begin, end) for begin, end in pairwise(firsts.tolist())])
+    asked = np.concatenate([_probed(begin, end) for begin, end in pairwise(firsts.tolist())])
     covered = np.zeros(len(points), dtype=bool)
     covered[asked] = swept.covers(off[asked])
     low, high = asked[:-1].copy(), asked[1:].copy()
@@ -112,39 +112,39 @@ def _left(runs: Sequence[EnvelopeRun], swept: SweptOutlines, beside: float) -> l
             covered[a + 1 : m + 1] = covered[a] if same else covered[m]
             covered[m:b] = covered[a] if same else covered[b]
         low[wide], high[wide] = np.where(as_low, middle, low[wide]), np.where(as_low, high[wide], middle)
-    return [each for k, run in enumerate(runs) for each in _stretches(run, covered[firsts[k] : firsts[k + 1]])]
+    return [each for k, run in enumerate(runs) for each in _run_parts(run, covered[firsts[k] : firsts[k + 1]])]
 
 
-def _asked(begin: int, end: int) -> IntArray:
+def _probed(begin: int, end: int) -> IntArray:
     count = end - begin
     return np.unique(np.linspace(begin, end - 1, min(count, max(16, count // 4))).round().astype(np.int64))
 
 
-def _stretches(run: EnvelopeRun, covered: FloatArray) -> list[_Stretch]:
+def _run_parts(run: EnvelopeRun, covered: FloatArray) -> list[_RunPart]:
     count = len(covered)
     edges = np.nonzero(np.diff(np.concatenate([[True], covered, [True]]).astype(int)))[0]
-    found: list[_Stretch] = []
+    found: list[_RunPart] = []
     for begin, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         low, high = max(begin - 1, 0), min(stop, count - 1)
         if high > low:
-            found.append(_Stretch(run, low, high, (begin > 0, stop < count)))
+            found.append(_RunPart(run, low, high, (begin > 0, stop < count)))
     return found
 
 
 # --- one after the other
 
 
-def _chain(stretches: list[_Stretch], size: float, outer: bool) -> tuple[list[_Stretch], bool]:
+def _chain(stretches: list[_RunPart], size: float, outer: bool) -> tuple[list[_RunPart], bool]:
     """The stretches of one edge in order, and whether it is closed."""
 
-    def reach(each: _Stretch) -> float:
+    def reach(each: _RunPart) -> float:
         far = np.hypot(*each.run.points[each.begin : each.end + 1].T)
         return -float(far.max()) if outer else float(far.min())
 
     start = min(
         range(len(stretches)), key=lambda k: (round(reach(stretches[k]) / (CUT_ALONG * size)), -_extent(stretches[k]))
     )
-    if (whole := _round(stretches[start], size)) is not None:
+    if (whole := _closed_part(stretches[start], size)) is not None:
         return [whole], True
     firsts = np.array([each.first for each in stretches])
     lasts = np.array([each.last for each in stretches])
@@ -156,7 +156,7 @@ def _chain(stretches: list[_Stretch], size: float, outer: bool) -> tuple[list[_S
         off[order[1:]] = np.inf
         if len(order) == 1 and _extent(stretches[start]) <= 2.0 * off[start]:
             off[start] = np.inf
-        best = _best(off, stretches)
+        best = _nearest_part(off, stretches)
         if off[best] > CUT_LINKED * size:
             break
         if best == start:
@@ -165,13 +165,13 @@ def _chain(stretches: list[_Stretch], size: float, outer: bool) -> tuple[list[_S
     while True:
         off = np.hypot(*(lasts - firsts[order[0]]).T) + apart * (ended != begun[order[0]])
         off[order] = np.inf
-        best = _best(off, stretches)
+        best = _nearest_part(off, stretches)
         if off[best] > CUT_LINKED * size:
             return [stretches[k] for k in order], False
         order.insert(0, best)
 
 
-def _best(off: FloatArray, stretches: Sequence[_Stretch]) -> int:
+def _nearest_part(off: FloatArray, stretches: Sequence[_RunPart]) -> int:
     """The nearest; of several that are as near the longest."""
     near = float(off.min())
     if not np.isfinite(near):
@@ -180,11 +180,11 @@ def _best(off: FloatArray, stretches: Sequence[_Stretch]) -> int:
     return max(some, key=lambda k: _extent(stretches[k]))
 
 
-def _extent(each: _Stretch) -> float:
+def _extent(each: _RunPart) -> float:
     return float(np.hypot(*np.diff(each.run.points[each.begin : each.end + 1], axis=0).T).sum())
 
 
-def _round(each: _Stretch, size: float) -> _Stretch | None:
+def _closed_part(each: _RunPart, size: float) -> _RunPart | None:
     """A stretch that comes to its own beginning again, up to there."""
     run, part = each.run, slice(each.begin, each.end + 1)
     points, along, bend = run.points[part], run.along[part], run.bend[part]
@@ -201,7 +201,7 @@ def _round(each: _Stretch, size: float) -> _Stretch | None:
     run = EnvelopeRun(
         again[0], again[1], again[2], each.run.times[each.begin : each.begin + k + 1], each.run.branch,
     )  # fmt: skip
-    return _Stretch(run, 0, k, (False, False))
+    return _RunPart(run, 0, k, (False, False))
 
 
 # --- where they meet
@@ -225,7 +225,7 @@ class _Cubic:
         )
 
 
-def _met(chain: list[_Stretch], closed: bool, size: float) -> tuple[list[_Cubic], list[Corner]]:
+def _trimmed_at_crossings(chain: list[_RunPart], closed: bool, size: float) -> tuple[list[_Cubic], list[Corner]]:
     """The stretches cut off where each crosses the next; one that is alone may cross itself, where its ends go on."""
     parts = [
         _Cubic(each.run.points, each.run.along, each.run.bend).some(slice(each.begin, each.end + 1)) for each in chain
@@ -246,10 +246,10 @@ def _met(chain: list[_Stretch], closed: bool, size: float) -> tuple[list[_Cubic]
         if one.run.branch == other.run.branch >= 0 and abs(turn) > CUT_SMOOTH:
             when = [float(one.run.times[one.end]), float(other.run.times[other.begin])]
             corners.append(Corner(min(when), (float(place[0]), float(place[1]))))
-    return [_clean(part, size) for part in parts], corners
+    return [_without_end_noise(part, size) for part in parts], corners
 
 
-def _clean(part: _Cubic, size: float) -> _Cubic:
+def _without_end_noise(part: _Cubic, size: float) -> _Cubic:
     keep = np.append(True, np.hypot(*np.diff(part.points, axis=0).T) > CUT_EXACT * size)
     if not keep[-1] and keep.sum() > 1:
         keep[np.nonzero(keep)[0][-1]] = False
@@ -293,7 +293,7 @@ def _crossing(one: _Cubic, other: _Cubic) -> tuple[tuple[int, float], tuple[int,
 def _cubic(part: _Cubic, k: int, u: float) -> tuple[FloatArray, FloatArray]:
     p, q = part.points[k : k + 1], part.points[k + 1 : k + 2]
     d, e = part.along[k : k + 1], part.along[k + 1 : k + 2]
-    size = arc(p, d, q, e)
+    size = arc_length(p, d, q, e)
     d, e, chord = d[0] * size, e[0] * size, (q - p)[0]
     at = p[0] + u * (d + u * (3.0 * chord - 2.0 * d - e + u * (d + e - 2.0 * chord)))
     return at, d + u * (2.0 * (3.0 * chord - 2.0 * d - e) + 3.0 * u * (d + e - 2.0 * chord))
@@ -324,7 +324,7 @@ def _contour(chain: Sequence[_Cubic], closed: bool) -> Contour:
     # a turn may be rounded up to a whole one, where the last polynomial still tells how it runs
     ends = Ends.NOTHING if closed and count == 1 else Ends.STRAIGHT
     for k, part in enumerate(chain):
-        lengths = arc(part.points[:-1], part.along[:-1], part.points[1:], part.along[1:])
+        lengths = arc_length(part.points[:-1], part.along[:-1], part.points[1:], part.along[1:])
         grid = np.concatenate([[0.0], np.cumsum(lengths)])
         bends = _bends(part, lengths)
         x, y = (
@@ -334,11 +334,11 @@ def _contour(chain: Sequence[_Cubic], closed: bool) -> Contour:
             ))
             for axis in (0, 1)
         )  # fmt: skip
-        pieces.append(CurvePiece((x, y), 0.0, float(grid[-1]), (slope(x), slope(y))))
+        pieces.append(CurvePiece((x, y), 0.0, float(grid[-1]), (derivative_by(x), derivative_by(y))))
         if closed or k + 1 < count:
             after = chain[(k + 1) % count]
             ways = [math.degrees(math.atan2(way[1], way[0])) for way in (part.along[-1], after.along[0])]
             if abs(math.remainder(ways[1] - ways[0], 360.0)) > math.degrees(CUT_SMOOTH):
                 at = const(float(part.points[-1][0])), const(float(part.points[-1][1]))
-                pieces += corner(at, *ways)
-    return chained(pieces, closed=closed)
+                pieces += corner_piece(at, *ways)
+    return chained_pieces(pieces, closed=closed)

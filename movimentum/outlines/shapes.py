@@ -9,16 +9,16 @@ from itertools import pairwise
 
 from movimentum.expressions import ONE, Expr, add, call, const, mul, sub
 from movimentum.geometry import Point, arc_between
-from movimentum.outlines.contour import PLACE, Contour, smooth
+from movimentum.outlines.contour import PLACE, Contour, smooth_contour
+from movimentum.outlines.expression_outlines import Smooth, curve_of_pieces, repeated_curve, there_and_back_along
 from movimentum.outlines.lines import polygon, there_and_back
-from movimentum.outlines.pieces import Smooth, assembled, repeated, there_and_back_along
 
 
 @lru_cache(maxsize=64)
-def circle(radius: float, *, hollow: bool = False) -> Contour:
+def circle_outline(radius: float, *, hollow: bool = False) -> Contour:
     """A circle about the origin, by its angle."""
-    found = smooth(_arc((0.0, 0.0), radius), 0.0, 360.0, closed=True)
-    return found.but(hollow=True) if hollow else found
+    found = smooth_contour(_arc((0.0, 0.0), radius), 0.0, 360.0, closed=True)
+    return found.changed(hollow=True) if hollow else found
 
 
 def _arc(centre: Point, radius: float) -> tuple[Expr, Expr]:
@@ -51,7 +51,9 @@ def _edge(p: Point, through: Point | None, q: Point) -> Smooth:
 
 
 @lru_cache(maxsize=256)
-def edged(corners: tuple[Point, ...], arcs: tuple[Point | None, ...], reach: float, *, closed: bool) -> Contour:
+def polygon_with_arcs(
+    corners: tuple[Point, ...], arcs: tuple[Point | None, ...], reach: float, *, closed: bool
+) -> Contour:
     """A polygon, or a line there and back, whose edges may be arcs: the edge to each corner goes through that of
     ``arcs``, if there is one.
     """
@@ -60,19 +62,19 @@ def edged(corners: tuple[Point, ...], arcs: tuple[Point | None, ...], reach: flo
     ways = [*pairwise(corners), *([(corners[-1], corners[0])] if closed else [])]
     bends = [*arcs[1:], *([arcs[0]] if closed else [])]
     edges = [_edge(p, bend, q) for (p, q), bend in zip(ways, bends, strict=True)]
-    return assembled(edges, closed=True).but(reach=reach) if closed else there_and_back_along(edges, reach)
+    return curve_of_pieces(edges, closed=True).changed(reach=reach) if closed else there_and_back_along(edges, reach)
 
 
 @lru_cache(maxsize=256)
-def sector(radius: float, begin: float, turn: float) -> Contour:
+def sector_outline(radius: float, begin: float, turn: float) -> Contour:
     """A sector of a disc about the origin, counter-clockwise by ``turn`` (less than 360) degrees."""
     ends = [(radius * math.cos(math.radians(a)), radius * math.sin(math.radians(a))) for a in (begin, begin + turn)]
     arc = _arc((0.0, 0.0), radius), begin, begin + turn
-    return assembled([_line((0.0, 0.0), ends[0]), arc, _line(ends[1], (0.0, 0.0))], closed=True)
+    return curve_of_pieces([_line((0.0, 0.0), ends[0]), arc, _line(ends[1], (0.0, 0.0))], closed=True)
 
 
 @lru_cache(maxsize=256)
-def bezier(points: tuple[Point, ...], reach: float) -> Contour:
+def bezier_outline(points: tuple[Point, ...], reach: float) -> Contour:
     """A line there and back along Bézier's cubic curves (through every third point), or one of lower degree."""
     own: list[Smooth] = []
     for some in [points] if len(points) < 4 else [points[k : k + 4] for k in range(0, len(points) - 1, 3)]:
@@ -90,7 +92,9 @@ def bezier(points: tuple[Point, ...], reach: float) -> Contour:
 
 
 @lru_cache(maxsize=64)
-def gear(teeth: int, module: float, pressure: float, addendum: float, dedendum: float, direction: float) -> Contour:
+def gear_outline(
+    teeth: int, module: float, pressure: float, addendum: float, dedendum: float, direction: float
+) -> Contour:
     """Involute teeth about the origin, one of them in a direction (degrees); ``pressure``: their angle; heights in
     modules. Below the base circle flanks are radial.
     """
@@ -116,7 +120,7 @@ def gear(teeth: int, module: float, pressure: float, addendum: float, dedendum: 
         end = direction + half(root)
         pieces.append(_line(_polar(base, end), _polar(root, end)))
     pieces.append((_arc((0.0, 0.0), root), direction + half(root), 2.0 * pitch + begin))
-    return repeated(pieces, teeth)
+    return repeated_curve(pieces, teeth)
 
 
 def _involute(turn: float) -> float:

@@ -22,9 +22,9 @@ from movimentum.tolerances import LEAST_DIVISOR, OUTLINE_CLOSES, PIECE_ROUND, PI
 
 SAMPLES = 17
 """By which a piece of an outline counts as straight, an arc, or neither."""
-FARTHEST_TURN = math.radians(40.0)
+MOST_BEND_TURN = math.radians(40.0)
 """That a bend makes at most."""
-CAP = math.radians(90.0)
+END_CAP = math.radians(90.0)
 """How far round its ends an open curve is touched."""
 
 
@@ -98,7 +98,7 @@ def _skin(
     return Skin(table(knobs, 5), table(edges, 5), table(bowls, 5), tuple(bends))
 
 
-def gathered(skins: Sequence[Skin]) -> Skin:
+def gathered_skins(skins: Sequence[Skin]) -> Skin:
     """All parts of all of them in one table each, in order, each in its own skin's frame."""
     if len(skins) == 1:
         return skins[0]
@@ -148,7 +148,7 @@ def skin_of(contour: Contour) -> Skin:
             else:
                 bowls.append((cx, cy, radius - reach, middle + math.pi, half))
             continue
-        for first, last in _one_way(contour, begin, end):
+        for first, last in _one_way_pieces(contour, begin, end):
             firsts.append(first)
             lasts.append(last)
     bends = (Bends(contour, np.array(firsts), np.array(lasts), side, reach),) if firsts else ()
@@ -158,7 +158,7 @@ def skin_of(contour: Contour) -> Skin:
             normal = math.atan2(ty0, tx0) + side * math.pi / 2.0
             ahead = math.atan2(way * ty0, way * tx0)
             towards = math.remainder(ahead - normal, 2.0 * math.pi)
-            knobs.append((x0, y0, reach, normal + math.copysign(CAP / 2.0, towards), CAP / 2.0))
+            knobs.append((x0, y0, reach, normal + math.copysign(END_CAP / 2.0, towards), END_CAP / 2.0))
     return _skin(knobs, edges, bowls, bends)
 
 
@@ -190,7 +190,7 @@ def _arc(x: FloatArray, y: FloatArray, extent: float) -> tuple[float, float, flo
     return (px, py, radius) if float(np.ptp(away)) <= PIECE_ROUND * extent else None
 
 
-def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, float]]:
+def _one_way_pieces(contour: Contour, begin: float, end: float) -> list[tuple[float, float]]:
     """A piece cut where it begins to turn the other way, and where it has turned far."""
     places = np.linspace(begin, end, 2049)
     inner = places.copy()
@@ -214,7 +214,7 @@ def _one_way(contour: Contour, begin: float, end: float) -> list[tuple[float, fl
             current, total = sign[k + 1], 0.0
             continue
         total += abs(float(step[k]))
-        if total >= FARTHEST_TURN and k + 1 < len(step):
+        if total >= MOST_BEND_TURN and k + 1 < len(step):
             cuts.append(float(places[k + 1]))
             total = 0.0
     cuts.append(end)

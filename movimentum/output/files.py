@@ -19,7 +19,7 @@ from typing import TextIO, cast
 from movimentum.advice import Choose
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import UsageError, usage_error
-from movimentum.output import parts
+from movimentum.output import partial_files
 from movimentum.terminal import typed
 
 WINDOWS = os.name == "nt"
@@ -53,7 +53,7 @@ def whole_file(path: Path) -> Generator[Path, None, None]:
             yield part
             part.replace(target)
         finally:
-            parts.discard(str(part))
+            partial_files.discard(str(part))
 
 
 def write_script(path: Path, text: str) -> None:
@@ -84,7 +84,7 @@ def whole_folder(pattern: Path, inputs: Iterable[str | Path] = ()) -> Generator[
             for file in written:
                 file.replace(target.parent / file.name)
         finally:
-            parts.discard(str(part))
+            partial_files.discard(str(part))
 
 
 def refuse_unwritable(path: Path) -> None:
@@ -92,7 +92,7 @@ def refuse_unwritable(path: Path) -> None:
     target = _target(path)
     if target.exists() and not target.is_file():
         return
-    parts.discard(str(_begun(path, target)))
+    partial_files.discard(str(_begun(path, target)))
 
 
 def refuse_overwriting(path: Path, inputs: Iterable[str | Path], numbers: range = range(0)) -> None:
@@ -224,7 +224,7 @@ def _target(path: Path) -> Path:
 def _begun(path: Path, target: Path, *, folder: bool = False) -> Path:
     """The part that will become ``target``; `UsageError` if it cannot be created."""
     try:
-        return parts.begin(target, folder=folder)
+        return partial_files.begin(target, folder=folder)
     except OSError as problem:
         raise unwritable(path, (problem.strerror or str(problem)).lower()) from problem
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.fused import Schedule, schedule
+from movimentum.planning.blocks.fused_runs import Schedule, schedule
 from movimentum.planning.blocks.kinds import Block, BlockBase, Free
-from movimentum.planning.blocks.velocities import BlockRows, blocks_before, blocks_behind, rows_of
+from movimentum.planning.blocks.velocities import BlockRows, rate_blocks_before, rate_blocks_of, rows_of
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import System
@@ -67,13 +67,13 @@ class Plan:
             return None
         return self.system.equations[block.equations[0]].residual.args[1].args[0]  # angle - atan2d(sine, cosine)
 
-    def behind(self, unknowns: Iterable[int]) -> tuple[int, ...]:
+    def rate_blocks(self, unknowns: Iterable[int]) -> tuple[int, ...]:
         """The numbers of the blocks that the rates of ``unknowns`` depend on, in order."""
-        return blocks_behind(self.system, self.blocks, self.owner, unknowns)
+        return rate_blocks_of(self.system, self.blocks, self.owner, unknowns)
 
-    def before(self, block: Block) -> set[int]:
+    def rate_blocks_before(self, block: Block) -> set[int]:
         """The numbers of the blocks whose rates those of ``block`` depend on at once, and its own."""
-        return blocks_before(self.system, self.owner, block)
+        return rate_blocks_before(self.system, self.owner, block)
 
     def stated_rows(self, block: BlockBase) -> BlockRows:
         """The equations of a block as they were stated (made when they are first asked for)."""
@@ -82,7 +82,7 @@ class Plan:
             found = self._stated[block.number] = rows_of(self.system, block)
         return found
 
-    def read_by(self, block: Block) -> set[int]:
+    def unknowns_read_by(self, block: Block) -> set[int]:
         """The unknowns that say how a block stands: those it finds, those it is given, and what else tells the pose of
         the things that it has a part of.
         """

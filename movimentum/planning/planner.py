@@ -8,13 +8,19 @@ from itertools import islice
 
 from movimentum.cancellation import look
 from movimentum.expressions import Expr, add, call, const, mul, substitute, symbol, walk
+from movimentum.planning.blocks.block_cache import BlockCache, block_key
 from movimentum.planning.blocks.build import make_block
-from movimentum.planning.blocks.kept import KnownBlocks, block_key
 from movimentum.planning.blocks.kinds import Block
-from movimentum.planning.blocks.velocities import look_for_wished_rates, velocity_block
-from movimentum.planning.blocks.wishes import in_what_moves, measured, ordered, rewritten, with_wishes
+from movimentum.planning.blocks.velocities import refuse_wished_rates, velocity_block
+from movimentum.planning.blocks.wishes import (
+    dependent_formulas,
+    independent_form,
+    ordered_groups,
+    rewritten_wish,
+    with_wishes,
+)
 from movimentum.planning.codegen.generate import Clocks, compiled
-from movimentum.planning.lowering.body_frames import KnownFrames
+from movimentum.planning.lowering.body_frames import FrameCache
 from movimentum.planning.lowering.builder import Forms
 from movimentum.planning.lowering.equations import Equation, Form, System
 from movimentum.planning.lowering.polynomial import Polynomial, from_expression, plus
@@ -48,15 +54,17 @@ class Structure:
         return _structure(self.base, self.driven, merged)
 
 
-def structure_of(scene: Scene, segment: Segment, frames: KnownFrames, forms: Forms | None = None) -> Structure:
+def structure_of(scene: Scene, segment: Segment, frames: FrameCache, forms: Forms | None = None) -> Structure:
     """The equations of ``segment`` in groups; raises `RateError`. ``frames``: see `body_frames`; ``forms``: see
     `build_system`.
     """
     found = _structured(build_system(scene, segment, frames, forms=forms))
-    return _structured(build_system(scene, segment, frames, rolling=True, forms=forms)) if _rolls(found) else found
+    return (
+        _structured(build_system(scene, segment, frames, rolling=True, forms=forms)) if _needs_rolling(found) else found
+    )
 
 
-def _rolls(found: Structure) -> bool:
+def _needs_rolling(found: Structure) -> bool:
     """Whether a direction between gears' centres is needed to find where they are."""
     system = found.system
     about = [e for e in system.equations if any(isinstance(system.unknowns[n].payload, Bearing) for n in e.unknowns)]
@@ -80,27 +88,27 @@ def _structure(base: System, driven: frozenset[int], merged: frozenset[int]) -> 
     return Structure(base, driven, merged, system, decomposition)
 
 
-def compile_structure(structure: Structure, size: float, kept: KnownBlocks | None) -> Plan:
+def compile_structure(structure: Structure, size: float, kept: BlockCache | None) -> Plan:
     """Compile the blocks of a structure; ``size`` is the scene's size in world pixels (for scaling). Blocks that were
     made before are in ``kept`` (None: none is shared, and each number keeps the operation that it comes from).
     """
     system, decomposition, driven = structure.system, structure.decomposition, structure.driven
-    hanging = measured(system, decomposition.groups)
-    moved = partial(in_what_moves, system, driven, hanging)
-    system = replace(system, wishes=tuple(rewritten(wish, moved) for wish in system.wishes))
+    hanging = dependent_formulas(system, decomposition.groups)
+    moved = partial(independent_form, system, driven, hanging)
+    system = replace(system, wishes=tuple(rewritten_wish(wish, moved) for wish in system.wishes))
     pushing = bool(system.pushes or system.pulls)
     if pushing:
-        from movimentum.planning.blocks.pushed import rewritten_pushes  # few scripts need that module
+        from movimentum.planning.blocks.pushed_groups import in_moving_unknowns  # few scripts need that module
 
-        system = rewritten_pushes(system, hanging, moved)
+        system = in_moving_unknowns(system, hanging, moved)
     clocks = Clocks()
-    groups = ordered(_needed(system, decomposition), system)
+    groups = ordered_groups(_needed(system, decomposition), system)
     if pushing:
-        from movimentum.planning.blocks.pushed import selecting
+        from movimentum.planning.blocks.pushed_groups import with_selecting_pushes
 
-        system = selecting(system, groups)
+        system = with_selecting_pushes(system, groups)
     blocks = _blocks(system, groups, clocks, size, kept)
-    look_for_wished_rates(system, blocks)
+    refuse_wished_rates(system, blocks)
     look()
     errors = [error for wish in system.wishes for error in wish.errors]
     for node in walk(*(equation.residual for equation in system.equations if equation.residual.timed)):
@@ -126,7 +134,7 @@ def compile_structure(structure: Structure, size: float, kept: KnownBlocks | Non
 
 
 def _blocks(
-    system: System, groups: Sequence[Group], clocks: Clocks, size: float, kept: KnownBlocks | None
+    system: System, groups: Sequence[Group], clocks: Clocks, size: float, kept: BlockCache | None
 ) -> list[Block]:
     """The blocks of ``groups``, in their order."""
     blocks: list[Block] = []
@@ -138,22 +146,22 @@ def _blocks(
     for group in groups:
         look()
         for e in group.equations:
-            folded[e] = _folded(folded[e], constants)
+            folded[e] = _with_folded(folded[e], constants)
         number, rows = len(blocks), [folded[e] for e in group.equations]
         make = partial(make_block, number, so_far, group, clocks, moving, size)
         if any(row.form is Form.VELOCITY for row in rows):
             make = partial(velocity_block, number, system, group, blocks)
         key = None if kept is None else block_key(number, system, rows, group, clocks, moving)
         block = make() if key is None or kept is None else kept.block((size, key), group.equations, make)
-        drawn = with_wishes if kept is None else kept.drawn
+        drawn = with_wishes if kept is None else kept.with_wishes
         block = drawn(block, system.wishes, known, clocks)
         if group.pushed:
-            from movimentum.planning.blocks.pushed import pushed
+            from movimentum.planning.blocks.pushed_groups import with_push_rows
 
-            block = pushed(block, so_far, clocks, size)
+            block = with_push_rows(block, so_far, clocks, size)
         blocks.append(block)
         known |= set(block.unknowns)
-        if block.assigned and all(map(_foldable, block.formulas)):
+        if block.assigned and all(map(_foldable_formula, block.formulas)):
             constants |= dict(block.formulas)
         if block.moving:
             moving |= set(block.unknowns)
@@ -164,7 +172,7 @@ LONGEST_FOLDED = 40
 """Operations of a function of time that is written wherever its variable is used."""
 
 
-def _foldable(formula: tuple[int, Expr]) -> bool:
+def _foldable_formula(formula: tuple[int, Expr]) -> bool:
     """Whether an unknown is a constant, or a short function of time: then it is written into the equations that use it,
     so that a block's kernel does not depend on whether a drive goes through a variable, or happens to stand still.
     """
@@ -175,7 +183,7 @@ def _foldable(formula: tuple[int, Expr]) -> bool:
     return len(nodes) <= LONGEST_FOLDED and not any(node.op in ("symbol", "integral") for node in nodes)
 
 
-def _folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
+def _with_folded(equation: Equation, constants: dict[int, Expr]) -> Equation:
     """``equation`` with the unknowns that are known to be constants or functions of time replaced by these."""
     if equation.form is Form.WINDING or constants.keys().isdisjoint(equation.unknowns):
         return equation

@@ -168,7 +168,7 @@ class Chain:
     def needed(self, wanted: Iterable[Expr]) -> list[Block]:
         """The blocks that expressions depend on, in their order."""
         plan = self.motion.plan
-        return [plan.blocks[number] for number in plan.behind(symbol_numbers(*wanted))]
+        return [plan.blocks[number] for number in plan.rate_blocks(symbol_numbers(*wanted))]
 
     # --- unknowns
 

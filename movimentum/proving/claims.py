@@ -116,7 +116,7 @@ def _within_two_turns(form: Form) -> bool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tried:
+class ProofAttempt:
     """Whether a component was ``proved``, with its ``proof`` (by which ``way``); if it is ``broken`` at the pose; or
     ``why`` not.
     """
@@ -128,7 +128,7 @@ class Tried:
     way: SidesApart | None = None
 
 
-def tried(point: TowerPoint, ways: Sequence[SidesApart], most: int) -> Tried:
+def try_proof(point: TowerPoint, ways: Sequence[SidesApart], most: int) -> ProofAttempt:
     """Try to prove one component of a claim, on the branch of a pose."""
     why = ""
     broken = False
@@ -140,11 +140,11 @@ def tried(point: TowerPoint, ways: Sequence[SidesApart], most: int) -> Tried:
             continue
         try:
             if zero.vanishes(p):
-                return Tried(True, zero.proof, way=way)
+                return ProofAttempt(True, zero.proof, way=way)
             why = "no proof was found, although it holds at the pose to many digits"
         except TooMuch:
             why = f"a proof takes more than {most:,} products of terms"
-    return Tried(False, Proof(), broken and not why, why)
+    return ProofAttempt(False, Proof(), broken and not why, why)
 
 
 def rests_on_lengths(chain: Chain, proof: Proof, ways: Sequence[SidesApart], most: int) -> bool:

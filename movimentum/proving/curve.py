@@ -35,7 +35,7 @@ MOST_CONSTANTS = 4
 """Roots of numbers in a mechanism: the coefficients are looked for with each choice of their signs."""
 
 
-class Late(Exception):
+class OutOfTime(Exception):
     """There was no time left. Its text says what is known already, in a clause."""
 
 
@@ -71,7 +71,7 @@ class Finder:
             if len(once) >= count:
                 return once[:count]
             if time.monotonic() > self.end:
-                raise Late
+                raise OutOfTime
             more = self.sampler.sample(prime, count - len(once), constants, chance)
             misses += not len(more) or (len(found) > count and not len(once))
             if misses > MISSES:
@@ -122,7 +122,7 @@ class Finder:
                 aim += max(1, aim // 4)
             if len(known) > PRIMES:
                 break
-        raise Late
+        raise OutOfTime
 
     def _modulo(
         self, degree: int, prime: int, constants: Sequence[int], subsets: Sequence[tuple[int, ...]]
@@ -188,7 +188,7 @@ def real_curve(chain: Any, x: Quotient, y: Quotient, end: float) -> Any | None:
     with mp.workprec(BITS):
         for k in range(POINTS_TRIED):
             if time.monotonic() > end:
-                raise Late
+                raise OutOfTime
             point = moved(chain, k)
             if point is None or len(spots) >= needed:
                 continue
@@ -251,7 +251,7 @@ def _fraction_near(value: Any, mp: Any) -> Fraction | None:
 
 
 def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: float) -> PathCurve:
-    """The equation of the path of (x, y), of the branch on which ``here`` lies; `Late` after ``end``."""
+    """The equation of the path of (x, y), of the branch on which ``here`` lies; `OutOfTime` after ``end``."""
     import sympy as library
 
     sympy: Any = library
@@ -265,8 +265,8 @@ def curve_of(chain: Any, x: Quotient, y: Quotient, here: Sequence[float], end: f
     X, Y = sympy.symbols("x y")
     try:
         coefficients = finder.coefficients(degree)
-    except Late as error:
-        raise Late(f"its degree is {degree}, with the other assemblies'") from error
+    except OutOfTime as error:
+        raise OutOfTime(f"its degree is {degree}, with the other assemblies'") from error
     if set(coefficients) > {()}:  # of numbers with roots: it is not taken apart
         return PathCurve(degree, _with_roots(sampler, degree, coefficients), ())
     ring = make_ring(2, Work(MOST), accelerated=chain.accelerated)

@@ -11,13 +11,13 @@ from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.proving.tower import NotAlgebraic
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 
 
 def state_at(motion: SegmentMotion, tau: float) -> list[float | None]:
     """The unknowns' values at an offset; `NotAlgebraic` where there is no solution."""
     piece = next((p for p in reversed(motion.pieces) if p.begin <= tau), motion.pieces[0])
-    if isinstance(piece, Unsolved):
+    if isinstance(piece, UnsolvedInterval):
         raise NotAlgebraic("there is no solution at this time")
     state, bad = piece.solve(piece.instants(np.array([tau])))
     if bad[0]:

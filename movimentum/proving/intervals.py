@@ -19,7 +19,7 @@ from movimentum.proving.points import TowerPoint
 from movimentum.proving.tower import Full, NotAlgebraic
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import SignTrack
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import SHORTEST_STRETCH
 
 SHARES = (0.37, 0.61, 0.137, 0.829, 0.0517)
@@ -38,7 +38,7 @@ def intervals(motion: SegmentMotion, low: float, high: float) -> list[tuple[floa
     """The parts of an interval of offsets between the change points that the solver has found."""
     borders = {low, high}
     for piece in motion.pieces:
-        if not isinstance(piece, Unsolved):
+        if not isinstance(piece, UnsolvedInterval):
             borders.update((piece.begin, piece.end))
             borders.update(
                 float(one) for track in piece.tracks if isinstance(track, SignTrack) for one in track.switches

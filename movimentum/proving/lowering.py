@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Hashable, Mapping
 from fractions import Fraction
 
-from movimentum.expressions import Expr, KeptNumber, rational_value, symbols, walk
+from movimentum.expressions import Expr, StoredNumber, rational_value, symbols, walk
 from movimentum.proving.angles import CLOCK, DEGREE, HIGHEST, Form, sum_of
 from movimentum.proving.tower import NotAlgebraic, Quotient, Tower
 from movimentum.records import dataclass, field
@@ -131,7 +131,7 @@ class Lowering:
     def _constant(self, node: Expr) -> Quotient:
         value = node.value
         assert value is not None
-        if isinstance(node.payload, KeptNumber):
+        if isinstance(node.payload, StoredNumber):
             return self.tower.free(("kept", value))
         if node.origin is None:
             if not math.isfinite(value):

@@ -24,7 +24,7 @@ from movimentum.scene.model import Claim, Relation
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.text import number
-from movimentum.timeline.model import HeldClaim
+from movimentum.timeline.model import TimedClaim
 from movimentum.tolerances import CLAIM_MET
 
 PROVED = (ProofVerdict.PROVED, ProofVerdict.ON_BRANCH)
@@ -49,53 +49,53 @@ class Prover:
         self,
         broken: Mapping[int, tuple[float, float]],
         within: Callable[[Callable[[], Judgement]], Judgement | None],
-        claims: Sequence[HeldClaim] | None = None,
+        claims: Sequence[TimedClaim] | None = None,
     ) -> Iterator[Judgement]:
         """The verdicts of the timeline's claims (or of these) in the order written. ``broken``: claims that fail in the
         film, by number: when they are off most, and by how much. ``within`` runs the work on one, and gives None when
         it is late.
         """
-        for held in self.motion.timeline.claims if claims is None else claims:
-            found = broken.get(held.claim.number)
-            judged = within(partial(self.judged, held, found))
+        for timed in self.motion.timeline.claims if claims is None else claims:
+            found = broken.get(timed.claim.number)
+            judged = within(partial(self.judged, timed, found))
             if judged is None and found is not None:
-                judged = self.false(held, *found)
-            yield judged or Judgement(held, ProofVerdict.UNKNOWN, why=NO_TIME)
+                judged = self.false(timed, *found)
+            yield judged or Judgement(timed, ProofVerdict.UNKNOWN, why=NO_TIME)
 
-    def false(self, held: HeldClaim, time: float, off: float) -> Judgement:
+    def false(self, timed: TimedClaim, time: float, off: float) -> Judgement:
         """The verdict on a claim that the film breaks."""
         why = f"at t = {number(time)} of the film it is off by {number(off)}"
         poses = self.motion.poses_at([Fraction(time)])
         scene = self.motion.timeline.scene
         pose: dict[str, tuple[float, float]] = {}
-        for thing, anchor in sorted(anchors_of(held)):
+        for thing, anchor in sorted(anchors_of(timed)):
             body = scene.things[thing]
             x, y = poses.world(thing, body.anchors[anchor].local)[0]
             pose[f"{body.name}.{body.anchors[anchor].name}"] = float(x), float(y)
-        return Judgement(held, ProofVerdict.FALSE, why=why, counterexample=pose)
+        return Judgement(timed, ProofVerdict.FALSE, why=why, counterexample=pose)
 
-    def judged(self, held: HeldClaim, broken: tuple[float, float] | None = None) -> Judgement:
+    def judged(self, timed: TimedClaim, broken: tuple[float, float] | None = None) -> Judgement:
         """The verdict on a claim. ``broken``: when it is off most in the film, and by how much; None where it holds."""
-        constant = judged_constants(held, accelerated=self.accelerated, given=self.given, most=self.most)
+        constant = judged_constants(timed, accelerated=self.accelerated, given=self.given, most=self.most)
         if constant is not None:
             return constant
-        if broken is not None and not self._only_rounded(held, broken[0]):
-            return self._with_other_branch(self.false(held, *broken), broken[0])
-        found = self._with_chains(partial(self._judged, held))
+        if broken is not None and not self._only_rounded(timed, broken[0]):
+            return self._with_other_branch(self.false(timed, *broken), broken[0])
+        found = self._with_chains(partial(self._judged, timed))
         if isinstance(found, Judgement):
             if broken is not None and found.verdict not in PROVED:
-                return Judgement(held, ProofVerdict.UNKNOWN, why=ROUNDED)
+                return Judgement(timed, ProofVerdict.UNKNOWN, why=ROUNDED)
             return found
-        return Judgement(held, ProofVerdict.UNKNOWN, why=found if broken is None else ROUNDED)
+        return Judgement(timed, ProofVerdict.UNKNOWN, why=found if broken is None else ROUNDED)
 
-    def _only_rounded(self, held: HeldClaim, time: float) -> bool:
+    def _only_rounded(self, timed: TimedClaim, time: float) -> bool:
         """Whether a claim that is off in the film at a ``time`` is so by rounding only."""
 
         def off(chains: Chains) -> bool:
-            for motion, low, high in self._parts(held):
+            for motion, low, high in self._parts(timed):
                 tau = time - float(motion.segment.start)
                 if low <= tau <= high:
-                    return ClaimInStep(held, motion, chains, self.tolerance, self.most).off_at(tau, low, high)
+                    return ClaimInStep(timed, motion, chains, self.tolerance, self.most).off_at(tau, low, high)
             return True
 
         found = self._with_chains(off)
@@ -115,9 +115,9 @@ class Prover:
         """The verdict on a claim that fails, with the assembly of the mechanism for which it is proved, if any."""
 
         def named(chains: Chains) -> Judgement:
-            for motion, low, high in self._parts(false.held):
+            for motion, low, high in self._parts(false.timed_claim):
                 if low <= time - float(motion.segment.start) <= high:
-                    one = ClaimInStep(false.held, motion, chains, self.tolerance, self.most)
+                    one = ClaimInStep(false.timed_claim, motion, chains, self.tolerance, self.most)
                     choice = one.other_branch(low, high)
                     return replace(false, why=f"{false.why}; it is proved where {choice}") if choice else false
             return false
@@ -125,17 +125,17 @@ class Prover:
         found = self._with_chains(named)
         return found if isinstance(found, Judgement) else false
 
-    def _judged(self, held: HeldClaim, chains: Chains) -> Judgement:
+    def _judged(self, timed: TimedClaim, chains: Chains) -> Judgement:
         conditions: dict[str, None] = {}
         verdict = ProofVerdict.PROVED
         done: list[ClaimInStep] = []
-        for motion, low, high in self._parts(held):
+        for motion, low, high in self._parts(timed):
             one = next((one for one in done if one.same_in(motion)), None)
             if one is not None and low == high:
                 continue  # one instant, the end of a part that was looked at
             if one is None:
                 self._prepare(motion, chains)
-                one = ClaimInStep(held, motion, chains, self.tolerance, self.most)
+                one = ClaimInStep(timed, motion, chains, self.tolerance, self.most)
                 done.append(one)
                 found = one.judged(low, high)
                 if found.verdict not in PROVED:
@@ -144,10 +144,10 @@ class Prover:
                 verdict = ProofVerdict.ON_BRANCH if found.verdict is ProofVerdict.ON_BRANCH else verdict
             elsewhere = one.unproved_in(motion, low, high)
             if isinstance(elsewhere, str):
-                return Judgement(held, ProofVerdict.UNKNOWN, why=elsewhere)
+                return Judgement(timed, ProofVerdict.UNKNOWN, why=elsewhere)
             if elsewhere is not None:
-                return self.false(held, *elsewhere)
-        return Judgement(held, verdict, tuple(conditions))
+                return self.false(timed, *elsewhere)
+        return Judgement(timed, verdict, tuple(conditions))
 
     def _prepare(self, motion: SegmentMotion, chains: Chains) -> None:
         """One chain for all claims of a step."""
@@ -162,12 +162,12 @@ class Prover:
                 return
             chains.prepare(motion, wanted, 0.0, float(end - start))
 
-    def _parts(self, held: HeldClaim) -> list[tuple[SegmentMotion, float, float]]:
+    def _parts(self, timed: TimedClaim) -> list[tuple[SegmentMotion, float, float]]:
         """The parts of the film that a claim is about, the moving ones first: (the motion, from, to)."""
         parts: list[tuple[SegmentMotion, float, float]] = []
         for one in self.motion.segments:
-            low, high = max(one.segment.start, held.start), min(one.segment.end, held.end)
-            if low < high or (low == high and held.covers(low) and one.segment.start == one.segment.end):
+            low, high = max(one.segment.start, timed.start), min(one.segment.end, timed.end)
+            if low < high or (low == high and timed.covers(low) and one.segment.start == one.segment.end):
                 parts.append((one, float(low - one.segment.start), float(high - one.segment.start)))
         return sorted(parts, key=lambda part: part[1] == part[2])
 
@@ -195,25 +195,25 @@ SIZE = 40
 
 
 def judged_constants(
-    held: HeldClaim, *, accelerated: bool | None, given: Mapping[Hashable, Fraction], most: int
+    timed: TimedClaim, *, accelerated: bool | None, given: Mapping[Hashable, Fraction], most: int
 ) -> Judgement | None:
     """The verdict on a claim of constants alone; None for any other, and where one is left open (``given``)."""
-    claim = held.claim
+    claim = timed.claim
     sides = [*claim.left, *claim.right]
     if any(side.value is None for side in sides) or (given and any(map(named_origins, sides))):
         return None
     try:
         apart = [_apart(a, b, accelerated=accelerated, most=most) for a, b in zip(claim.left, claim.right, strict=True)]
     except (NotAlgebraic, NoBall, TooMuch, Full, RecursionError) as error:
-        return Judgement(held, ProofVerdict.UNKNOWN, why=str(error) or "its numbers are too long for a proof")
+        return Judgement(timed, ProofVerdict.UNKNOWN, why=str(error) or "its numbers are too long for a proof")
     holds = _equal(claim, apart) if claim.relation is Relation.EQUAL else _below(claim, apart[0])
     if holds is None:
         why = "its sides agree to many digits, and nothing shows that they are equal"
-        return Judgement(held, ProofVerdict.UNKNOWN, why=why)
+        return Judgement(timed, ProofVerdict.UNKNOWN, why=why)
     if holds:
-        return Judgement(held, ProofVerdict.PROVED)
+        return Judgement(timed, ProofVerdict.PROVED)
     off = max(abs(balls.as_float(each)) for each in apart if each is not None)
-    return Judgement(held, ProofVerdict.FALSE, why=f"its sides are numbers that are {number(off)} apart")
+    return Judgement(timed, ProofVerdict.FALSE, why=f"its sides are numbers that are {number(off)} apart")
 
 
 def _apart(a: Expr, b: Expr, *, accelerated: bool | None, most: int) -> Ball | None:

@@ -18,7 +18,7 @@ from movimentum.proving.claims import (
     moved,
     reached,
     rests_on_lengths,
-    tried,
+    try_proof,
 )
 from movimentum.proving.film import lowered
 from movimentum.proving.genuine import genuine, holds
@@ -32,7 +32,7 @@ from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, Relation
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.text import number
-from movimentum.timeline.model import HeldClaim
+from movimentum.timeline.model import TimedClaim
 
 BOUNDS = "a bound is not proved for every position; it holds in every frame of this film"
 CHOICES = 6
@@ -48,7 +48,7 @@ Ways = Sequence[SidesApart]
 class ClaimInStep:
     """A claim in one part of the film. ``tolerance``: what it may be off by where it does not say so."""
 
-    held: HeldClaim
+    timed_claim: TimedClaim
     motion: SegmentMotion
     chains: Chains
     tolerance: float
@@ -70,19 +70,19 @@ class ClaimInStep:
 
     def other_branch(self, low: float, high: float) -> str | None:
         """The choice (in words) with which a claim that fails here is proved: on the other side of one thing."""
-        if self.held.claim.relation is not Relation.EQUAL:
+        if self.timed_claim.claim.relation is not Relation.EQUAL:
             return None
         left, right = self._stated(low, high, loose=True)
         ways = differences(self._known, left, right)
         for choice, point in self._others(self._known):
-            if all(tried(point, component, self.most).proved for component in ways):
+            if all(try_proof(point, component, self.most).proved for component in ways):
                 many = " and " in choice
                 return f"{choice} {'are on their other sides' if many else 'is on its other side'}"
         return None
 
     def off_at(self, tau: float, low: float, high: float) -> bool:
         """Whether the claim fails at a pose of the film, as exact numbers tell."""
-        claim, count = self.held.claim, len(self.held.claim.left)
+        claim, count = self.timed_claim.claim, len(self.timed_claim.claim.left)
         sides = lowered(self.motion, [*claim.left, *claim.right])
         apart = [sub(a, b) for a, b in zip(sides[:count], sides[count:], strict=True)]
         if not self._fails([film_value(self.motion, tau, each) for each in apart]):
@@ -96,18 +96,22 @@ class ClaimInStep:
 
     def _fails(self, apart: Sequence[float]) -> bool:
         """Whether sides that are ``apart`` by this, left minus right, break the claim."""
-        match self.held.claim.relation:
+        match self.timed_claim.claim.relation:
             case Relation.EQUAL:
                 return math.hypot(*apart) > self._allowed
             case Relation.BELOW:
                 off = apart[0]
             case _:
                 off = -apart[0]
-        return off >= 0.0 if self.held.claim.strict and self.held.claim.tolerance is None else off > self._allowed
+        return (
+            off >= 0.0
+            if self.timed_claim.claim.strict and self.timed_claim.claim.tolerance is None
+            else off > self._allowed
+        )
 
     def _stated(self, low: float, high: float, *, loose: bool) -> tuple[list[Expr], list[Expr]]:
         """The claim's sides in the unknowns of its chain, which is made here."""
-        claim = self.held.claim
+        claim = self.timed_claim.claim
         stated = [*claim.left, *claim.right]
         sides = lowered(self.motion, stated)
         self._known = self._chain(sides, low, high, loose=loose)
@@ -118,7 +122,7 @@ class ClaimInStep:
     def _judged(self, low: float, high: float, *, loose: bool) -> Judgement:
         left, right = self._stated(low, high, loose=loose)
         chain = self._known
-        if self.held.claim.relation is not Relation.EQUAL:
+        if self.timed_claim.claim.relation is not Relation.EQUAL:
             return self._bound(chain, left[0], right[0])
         ways = differences(chain, left, right)
         point = self._point()
@@ -127,13 +131,15 @@ class ClaimInStep:
         on_branch = False
         for component in ways:
             component = [way for way in component if not way.whole_turns(chain.motion, chain.tau)]
-            found = tried(point, component, self.most)
+            found = try_proof(point, component, self.most)
             if not found.proved:
                 if chain.opaque:
                     why = f"{chain.opaque} is not algebraic, and no proof was found that holds whatever it gives"
-                    return Judgement(self.held, ProofVerdict.UNKNOWN, why=why)
+                    return Judgement(self.timed_claim, ProofVerdict.UNKNOWN, why=why)
                 if chain.loosened:
-                    return Judgement(self.held, ProofVerdict.UNKNOWN, why=found.why)  # of more than the mechanism
+                    return Judgement(
+                        self.timed_claim, ProofVerdict.UNKNOWN, why=found.why
+                    )  # of more than the mechanism
                 return self._unproved(chain, ways, found.broken, found.why)
             self._proofs.append((component, found.proof))
             conditions.update(found.proof.conditions)
@@ -156,7 +162,9 @@ class ClaimInStep:
         if not on_branch and (flipped := self._flipped(chain, ways)):
             on_branch = True
             conditions.update(dict.fromkeys(map(self._choice, flipped)))
-        return Judgement(self.held, ProofVerdict.ON_BRANCH if on_branch else ProofVerdict.PROVED, tuple(conditions))
+        return Judgement(
+            self.timed_claim, ProofVerdict.ON_BRANCH if on_branch else ProofVerdict.PROVED, tuple(conditions)
+        )
 
     def _point(self) -> TowerPoint:
         chain = self._known
@@ -167,7 +175,7 @@ class ClaimInStep:
 
     def same_in(self, motion: SegmentMotion) -> bool:
         """Whether another part of the film has the same equations, and so the same tower."""
-        claim = self.held.claim
+        claim = self.timed_claim.claim
         sides = [*claim.left, *claim.right]
         return same_equations(self.motion, motion) and lowered(self.motion, sides) == lowered(motion, sides)
 
@@ -182,7 +190,7 @@ class ClaimInStep:
                     return time, 360.0
                 if proof.holds_at(point):
                     continue
-                found = tried(point, ways, self.most)
+                found = try_proof(point, ways, self.most)
                 if not found.proved:
                     off = self._size(point, [ways])
                     here = f"it is proved for another part of the film, but not at t = {number(time)}"
@@ -199,7 +207,7 @@ class ClaimInStep:
     def _chain(self, sides: Sequence[Expr], low: float, high: float, *, loose: bool) -> Chain:
         """A chain for the claim, and where it can be for the places of its anchors, which a counterexample tells."""
         try:
-            return self._chain_of(sides_and_spots(self.held, self.motion), low, high, loose=loose)
+            return self._chain_of(sides_and_spots(self.timed_claim, self.motion), low, high, loose=loose)
         except (NotAlgebraic, NoBall):
             return self._chain_of(sides, low, high, loose=loose)
 
@@ -228,25 +236,25 @@ class ClaimInStep:
 
     @property
     def _allowed(self) -> float:
-        given = self.held.claim.tolerance
+        given = self.timed_claim.claim.tolerance
         return self.tolerance if given is None else float(given)
 
     def _unproved(self, chain: Chain, ways: Sequence[Sequence[SidesApart]], broken: bool, why: str) -> Judgement:
         elsewhere = self._counterexample(chain, ways)
         if elsewhere is not None:
             return self._in_film(*elsewhere)
-        if self.held.claim.tolerance:
+        if self.timed_claim.claim.tolerance:
             why = "`.within` is a bound, and bounds are not proved" + (f": {why}" if why else "")
         elif broken:
             off = self._size(chain.point, ways)
             if off > self._allowed:
                 return self._in_film(chain.point, off)
             why = f"it is off by {number(off)}, by rounded numbers or by so little"
-        return Judgement(self.held, ProofVerdict.UNKNOWN, why=why or "no proof was found")
+        return Judgement(self.timed_claim, ProofVerdict.UNKNOWN, why=why or "no proof was found")
 
     def _in_film(self, point: TowerPoint, off: float) -> Judgement:
         why = f"the mechanism has other positions, where it is off by {number(off)}"
-        return Judgement(self.held, ProofVerdict.IN_FILM, why=why, counterexample=self._pose(point))
+        return Judgement(self.timed_claim, ProofVerdict.IN_FILM, why=why, counterexample=self._pose(point))
 
     def _counterexample(self, chain: Chain, ways: Sequence[Sequence[SidesApart]]) -> tuple[TowerPoint, float] | None:
         """Another position that breaks the claim by more than its tolerance, and by how much."""
@@ -277,7 +285,7 @@ class ClaimInStep:
         scene = self.motion.plan.system.scene
         chain = self._known
         pose: dict[str, tuple[float, float]] = {}
-        for thing, anchor in sorted(anchors_of(self.held)):
+        for thing, anchor in sorted(anchors_of(self.timed_claim)):
             spot: list[float] = []
             for axis in (0, 1):
                 try:
@@ -296,10 +304,10 @@ class ClaimInStep:
 
     def _bound(self, chain: Chain, left: Expr, right: Expr) -> Judgement:
         """An inequality: proved where the difference of its sides is a number."""
-        a, b = (right, left) if self.held.claim.relation is Relation.BELOW else (left, right)
+        a, b = (right, left) if self.timed_claim.claim.relation is Relation.BELOW else (left, right)
         ((way, *_),) = differences(chain, [a], [b])
         if way.whole is None:
-            return Judgement(self.held, ProofVerdict.UNKNOWN, why=BOUNDS)
+            return Judgement(self.timed_claim, ProofVerdict.UNKNOWN, why=BOUNDS)
         point = self._point()
         margin = amount(point, way)
         if margin is not None:
@@ -307,21 +315,21 @@ class ClaimInStep:
             ring = chain.tower.ring
             top = way.whole.top - way.whole.bottom * ring.number(number_here)
             ways = [SidesApart(top, None)]
-            same = tried(point, ways, self.most)
+            same = try_proof(point, ways, self.most)
             if (
                 same.proved
                 and not same.proof.roots
-                and (number_here > 0 or (not number_here and not self.held.claim.strict))
+                and (number_here > 0 or (not number_here and not self.timed_claim.claim.strict))
             ):
                 self._proofs = [(ways, same.proof)]
-                return Judgement(self.held, ProofVerdict.PROVED, tuple(same.proof.conditions))
+                return Judgement(self.timed_claim, ProofVerdict.PROVED, tuple(same.proof.conditions))
 
         def below(point: TowerPoint) -> float:
             found = amount(point, way)
             return -balls.as_float(found) if found is not None and found[0] + found[1] < 0 else 0.0
 
         worst = self._worst(chain, below) if _genuine(chain, way) else None
-        return self._in_film(*worst) if worst else Judgement(self.held, ProofVerdict.UNKNOWN, why=BOUNDS)
+        return self._in_film(*worst) if worst else Judgement(self.timed_claim, ProofVerdict.UNKNOWN, why=BOUNDS)
 
 
 def _genuine(chain: Chain, way: SidesApart) -> bool:
@@ -346,16 +354,16 @@ def coordinate(thing: int, anchor: int, axis: int) -> Expr:
     return symbol(AnchorCoordinate(thing, anchor, axis))
 
 
-def anchors_of(held: HeldClaim) -> set[tuple[int, int]]:
+def anchors_of(timed: TimedClaim) -> set[tuple[int, int]]:
     """The anchors that a claim is about."""
-    found = symbols(*held.claim.left, *held.claim.right)
+    found = symbols(*timed.claim.left, *timed.claim.right)
     return {(each.thing, each.anchor) for each in found if isinstance(each, AnchorCoordinate)}
 
 
-def sides_and_spots(held: HeldClaim, motion: SegmentMotion) -> list[Expr]:
+def sides_and_spots(timed: TimedClaim, motion: SegmentMotion) -> list[Expr]:
     """A claim's sides and its anchors' coordinates, lowered."""
-    spots = [coordinate(*each, axis) for each in sorted(anchors_of(held)) for axis in (0, 1)]
-    return lowered(motion, [*held.claim.left, *held.claim.right, *spots])
+    spots = [coordinate(*each, axis) for each in sorted(anchors_of(timed)) for axis in (0, 1)]
+    return lowered(motion, [*timed.claim.left, *timed.claim.right, *spots])
 
 
 def same_equations(a: SegmentMotion, b: SegmentMotion) -> bool:

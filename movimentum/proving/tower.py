@@ -31,7 +31,7 @@ class Quotient:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeParameter:
-    """A parameter without an equation. ``source``: what gives its value at a pose (`points`)."""
+    """A parameter without an equation. ``source``: what gives its value at a pose (`radau_points`)."""
 
     place: int
     source: Hashable

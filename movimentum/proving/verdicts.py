@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 
 from movimentum.records import dataclass, field
-from movimentum.timeline.model import HeldClaim
+from movimentum.timeline.model import TimedClaim
 
 
 class ProofVerdict(StrEnum):
@@ -23,7 +23,7 @@ class ProofVerdict(StrEnum):
 class Judgement:
     """A claim's verdict. ``conditions``: what it needs; ``counterexample``: a pose that breaks it, anchors by name."""
 
-    held: HeldClaim
+    timed_claim: TimedClaim
     verdict: ProofVerdict
     conditions: tuple[str, ...] = ()
     why: str = ""

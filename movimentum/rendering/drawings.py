@@ -194,7 +194,7 @@ def _check_reference(file: str, tag: str, value: str) -> None:
         raise _outside(file, value)
     from PIL import Image
 
-    from movimentum.drawing.options import MAX_SPRITE_PIXELS
+    from movimentum.drawing.picture_options import MAX_SPRITE_PIXELS
 
     try:
         with Image.open(io.BytesIO(base64.b64decode(value.partition(",")[2]))) as image:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from movimentum.diagnostics import Diagnostic, Severity
-from movimentum.drawing.options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
+from movimentum.drawing.picture_options import MAX_SPRITE_BYTES, MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
 from movimentum.records import dataclass, replace
 from movimentum.source import Span, drawing_file

@@ -74,9 +74,9 @@ def leaving(motion: PathMotion) -> Iterator[Diagnostic]:
     close = [thing.number for thing in _near_the_edge(motion, things, size)] if things else []
     if not close:
         return
-    from movimentum.analysis.live import with_numbers
+    from movimentum.analysis.shown_numbers import with_shown_numbers
 
-    poses = [with_numbers(motion, *part) for part in _looked_at(motion, len(scene.things), angles=True)]
+    poses = [with_shown_numbers(motion, *part) for part in _looked_at(motion, len(scene.things), angles=True)]
     free = any(scene.things[each].kind is LABEL and scene.things[each].own.of_film for each in close)
     # labels look for their places among all things: once
     every = _boxes(motion, poses, [thing.number for thing in things] if free else close)
@@ -149,7 +149,7 @@ def _near_the_edge(motion: PathMotion, things: Sequence[Thing], size: FloatArray
 
 def _texts(scene: Scene) -> Callable[[Poses], Poses]:
     """Puts the numbers that texts show into poses."""
-    from movimentum.analysis.live import texts_of  # few texts have any
+    from movimentum.analysis.shown_numbers import texts_of  # few texts have any
 
     numbers = texts_of(scene)
     return lambda poses: replace(poses, properties={**poses.properties, **numbers(poses)})
@@ -204,9 +204,9 @@ def _reach(thing: Thing) -> float:
         case Round(radius):
             return room + radius
         case Composite(pieces=pieces):
-            return room + max((math.hypot(*point) for outline, *_ in pieces for point in outline.drawn), default=0.0)
+            return room + max((math.hypot(*point) for outline, *_ in pieces for point in outline.polyline), default=0.0)
         case Curved(outline=outline) if outline is not None:
-            return room + max(math.hypot(*point) for point in outline.drawn)
+            return room + max(math.hypot(*point) for point in outline.polyline)
         case Toothed():
             return room + own.module * (math.pi * own.teeth + 4.0)
         case _:

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from PIL import Image, ImageChops
 
 from movimentum.drawing.camera import camera, detail, inset_frame, inset_lines, seen
+from movimentum.drawing.figure_outlines import MovingPart
 from movimentum.drawing.model import InsetMark, OverMark, Point, ThingMark
 from movimentum.drawing.motion import paint_at
-from movimentum.drawing.options import PictureOptions, Quality
-from movimentum.drawing.parts import MovingPart
+from movimentum.drawing.picture_options import PictureOptions, Quality
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine, View
 from movimentum.records import dataclass, replace

@@ -29,8 +29,8 @@ from movimentum.drawing.model import (
     TraceMark,
 )
 from movimentum.drawing.motion import state
-from movimentum.drawing.options import MAX_PREPARED_PIXELS, PictureOptions, Quality
 from movimentum.drawing.paths import frame_path, paths
+from movimentum.drawing.picture_options import MAX_PREPARED_PIXELS, PictureOptions, Quality
 from movimentum.drawing.style import NOTE_HEIGHT
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View

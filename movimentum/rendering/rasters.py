@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from movimentum.diagnostics import Diagnostic
-from movimentum.drawing.options import MAX_SPRITE_PIXELS
+from movimentum.drawing.picture_options import MAX_SPRITE_PIXELS
 from movimentum.errors import ScriptError
 from movimentum.rendering.drawings import Drawing2D, centre_by_shape, cut, drawing, element_of, fault, id_of
 

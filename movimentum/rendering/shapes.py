@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.drawing.arrows import arrow_parts
+from movimentum.drawing.figure_outlines import FigurePart, PartForm, dashes
 from movimentum.drawing.model import Point
-from movimentum.drawing.parts import FigurePart, PartForm, dashes
 from movimentum.drawing.style import Color
 from movimentum.geometry import Affine
 from movimentum.rendering.coverage import FARTHEST, Floats, Outline, disc, stroke

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.records import replace
 from movimentum.rendering.painter import Painter, make_painter
 from movimentum.scene.model import Scene

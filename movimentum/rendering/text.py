@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFilter  # slow: this module is imported o
 
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.drawing.model import TextMark
-from movimentum.drawing.options import MAX_SPRITE_PIXELS
+from movimentum.drawing.picture_options import MAX_SPRITE_PIXELS
 from movimentum.drawing.style import MIDDLE, SLANT
 from movimentum.drawing.texts import written
 from movimentum.errors import ScriptError

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from movimentum.drawing.figure_outlines import DashPen
 from movimentum.drawing.model import Point, TraceMark
 from movimentum.drawing.motion import paint_at
-from movimentum.drawing.parts import DashPen
 from movimentum.drawing.style import FAINT, Color
 from movimentum.geometry import Affine
 from movimentum.rendering.canvas import Canvas

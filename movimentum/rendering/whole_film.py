@@ -8,7 +8,7 @@ import numpy as np
 
 from movimentum.drawing.model import FilmMark, FollowMark, GraphMark, PolodeMark, SymbolMark, ThingMark
 from movimentum.drawing.motion import link_points
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.records import replace
 from movimentum.rendering.stream import PoseSource, chunks, concatenate, count
 from movimentum.scene.model import Scene

@@ -50,7 +50,7 @@ def certify(session: Session, argument: str) -> Answer:
     from movimentum.diagnostics import render_text
 
     motion, source = session.work.motion.path, session.work.source
-    if any(segment.troubles for segment in motion.segments):
+    if any(segment.failures for segment in motion.segments):
         raise refused("no-solution", "there is no pose at some time, so there is nothing to certify", "conflicts")
     found = certificate(motion)
     words = render_text(list(certificate_diagnostics(found)), source) + certificate_text(found, source)

@@ -109,7 +109,7 @@ def _at_first_sight(session: Session) -> str:
     timeline = work.timeline
     time = min(max(session.time, timeline.start), timeline.end)
     try:
-        poses = work.glimpse(time)
+        poses = work.preview(time)
     except MovimentumError:
         return ""
     return "" if poses is None else f"it can hold at t = {time_text(float(time))}; the whole film is being solved …"
@@ -124,7 +124,7 @@ def _without_solution(session: Session) -> str:
         segment_motions = work.motion.segments
     except MovimentumError:
         return ""
-    found = (float(each.segment.start) + trouble.begin for each in segment_motions for trouble in each.troubles)
+    found = (float(each.segment.start) + trouble.begin for each in segment_motions for trouble in each.failures)
     begin = min(found, default=None)
     if begin is None:
         return ""

@@ -127,10 +127,10 @@ def _steps(steps: list[tuple[str, Any]]) -> list[str]:
     """Each step on a line of its own."""
     import sympy
 
-    from movimentum.analysis.interactive.spelling import spelled
+    from movimentum.analysis.interactive.spelling import in_language
 
     return [
-        f"{name} = {spelled(value) or f'{sympy.sstr(value, full_prec=False)} (in words of SymPy)'}"
+        f"{name} = {in_language(value) or f'{sympy.sstr(value, full_prec=False)} (in words of SymPy)'}"
         for name, value in steps
     ]
 
@@ -204,13 +204,13 @@ def _matrices(session: Session, name: str) -> str:
 @COMMANDS.add("wiggle FILE.gif")
 def wiggle(session: Session, argument: str) -> Answer:
     """a film of each free motion back and forth, in turn"""
-    from movimentum.analysis.interactive.branches import wiggles
+    from movimentum.analysis.interactive.branches import free_swings
 
     name = argument.strip().removeprefix("-o").strip()
     if not name.lower().endswith((".gif", ".apng", ".webp")):
         raise refused("file", "`wiggle` writes a film", "wiggle free.gif")
     piece, tau = session.piece
-    found = list(wiggles(session.segment_motion, piece, tau))
+    found = list(free_swings(session.segment_motion, piece, tau))
     if not found:
         return session, "nothing can move in a way that is not determined"
     _write_film(session, [moment for _, moments in found for moment in moments], session.refuse_overwriting(name))

@@ -256,7 +256,7 @@ def watch(session: Session, argument: str) -> Answer:
 def contacts(session: Session, argument: str) -> Answer:
     """what touches what that pushes it, from when to when, and what jams"""
     plain(argument, "contacts")
-    from movimentum.analysis.happenings import contacts as happened
+    from movimentum.analysis.contact_events import contacts as happened
 
     found = happened(session.work.motion.path)
     if not found:

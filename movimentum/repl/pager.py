@@ -9,7 +9,7 @@ import sys
 from movimentum.console import is_terminal
 
 _LESS = "-FRX"
-"""What `less` needs to leave the text on the screen, to show colours, and to end by itself where all fits."""
+"""What `difference_of` needs to leave the text on the screen, to show colours, and to end by itself where all fits."""
 
 
 def is_long(text: str) -> bool:

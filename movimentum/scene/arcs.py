@@ -43,12 +43,12 @@ def check_shape(thing: Thing, definition: Definition, points: int, findings: Fin
         )
 
 
-Said = tuple[Expression, Expression]
+ArcOptions = tuple[Expression, Expression]
 """The arguments of one `.arcto`."""
 
 
 def read_arcs(
-    said: Sequence[Said], anchors: Sequence[Anchor], drawn: Sequence[int] | None, closed: bool, findings: Findings
+    said: Sequence[ArcOptions], anchors: Sequence[Anchor], drawn: Sequence[int] | None, closed: bool, findings: Findings
 ) -> tuple[ArcEdge, ...]:
     """The arcs of a thing that is drawn through the anchors ``drawn`` (by number; None: all)."""
     place = {anchor.name: number for number, anchor in enumerate(anchors)}

@@ -330,7 +330,7 @@ def _constraint(
     """The constraint, or nothing after an error."""
     statement = resolved.statement
     time = times[min(resolved.step, len(times) - 1)]
-    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, kept_from=times[0])
+    context = Context(inference, findings, blanks, time, number, resolved.step_end, table.things, stored_from=times[0])
     left = lower(resolved.left, resolved.meanings, context)
     right = lower(resolved.right or (), resolved.meanings, context)
     if left is None or right is None:

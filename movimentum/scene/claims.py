@@ -22,7 +22,7 @@ from movimentum.syntax import expression_tree, tree
 from movimentum.syntax.expression_tree import EXTREMES, Comparison
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Purpose
-from movimentum.syntax.words import REDUCTIONS
+from movimentum.syntax.vocabulary import REDUCTIONS
 from movimentum.text import time_text
 
 NAMED = {Purpose.CLAIM: "a claim", Purpose.GOAL: "a goal", Purpose.REQUIREMENT: "a requirement"}

@@ -14,7 +14,7 @@ from movimentum.scene.constants import exact
 from movimentum.scene.expansion.includes import ReadText
 from movimentum.scene.expansion.product import Expanded
 from movimentum.scene.findings import Findings
-from movimentum.scene.options import choice, read_color, report_count, report_twice
+from movimentum.scene.option_reading import choice, read_color, report_count, report_twice
 from movimentum.scene.themes import SUFFIX, THEMES, Theme, read_theme
 from movimentum.source import Span, folder
 from movimentum.syntax.expression_tree import Expression

@@ -15,10 +15,10 @@ import numpy as np
 
 from movimentum.diagnostics import Label, insertion, replacement
 from movimentum.expressions import ZERO, Expr, add, call, const, div, mul, sub, symbol
-from movimentum.outlines.contour import Contour, curvature_of, put_in
-from movimentum.outlines.facets import crossing
-from movimentum.outlines.nearest import Nearest, distance
-from movimentum.outlines.shapes import circle
+from movimentum.outlines.contour import Contour, curvature_of, substitute_place
+from movimentum.outlines.facets import self_crossing
+from movimentum.outlines.nearest import Nearest, signed_distance
+from movimentum.outlines.shapes import circle_outline
 from movimentum.records import dataclass
 from movimentum.scene.findings import Findings
 from movimentum.scene.leaves import ContactPair
@@ -88,7 +88,7 @@ def _tell_crossing(thing: Thing, findings: Findings) -> None:
     for ring in (each for piece in pieces_of(thing) for each in piece):
         if not isinstance(ring, Contour) or not ring.closed or ring.doubled or ring.facets.convex:
             continue
-        met = crossing(ring.facets.points)
+        met = self_crossing(ring.facets.points)
         if met is not None:
             x, y = (shown_number(value + own, 4) for value, own in zip(met, thing.anchors[0].local, strict=True))
             message = f"the outline of `{thing.name}` crosses itself at [{x}, {y}], so what is inside is not certain"
@@ -233,7 +233,7 @@ def _between(one: _Side, other: _Side) -> Expr:
     pose = one.seen(other)
     places = tuple(found.other(k).place(*pose) for k in range(found.count))
     reach = one.contour.reach + (other.contour.reach if other.contour is not None else other.radius)
-    value = distance(found, pose, places)
+    value = signed_distance(found, pose, places)
     return sub(value, const(reach)) if reach else value
 
 
@@ -247,13 +247,16 @@ def _of_curve(function: str, thing: Thing, points: Sequence[Value | None]) -> Va
     assert points[1] is not None
     share, contour = points[1][0], curve.contour
     if contour.closed:
-        place = put_in(contour.place_along, share)
+        place = substitute_place(contour.place_along, share)
     else:  # beyond its ends there is nothing
         place = contour.at_length(mul(const(contour.length), share))
     if function == "curvature":
         return (curvature_of(curve.contour, place),)
     c, s = curve.turn
-    x, y = (put_in(each, place) for each in getattr(curve.contour, "position" if function == "point" else "direction"))
+    x, y = (
+        substitute_place(each, place)
+        for each in getattr(curve.contour, "position" if function == "point" else "direction")
+    )
     turned = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
     if function == "point":
         return add(curve.place[0], turned[0]), add(curve.place[1], turned[1])
@@ -279,11 +282,11 @@ def _rolled(first: Thing, second: Thing) -> Expr:
     way = const(one.contour.side * other.contour.side)
 
     def travelled(places: Sequence[Expr]) -> Expr:
-        here, there = (put_in(each.travelled, at) for each, at in zip(found.both, places, strict=True))
+        here, there = (substitute_place(each.arc_length, at) for each, at in zip(found.both, places, strict=True))
         return add(here, mul(way, there))
 
     drawn = [float(found.other(k).at(*drawn_at, 1.0, 0.0)) for k in (0, 1)]
-    now = [found.other(k).counted(drawn[k]).place(*pose) for k in (0, 1)]
+    now = [found.other(k).counting_rounds(drawn[k]).place(*pose) for k in (0, 1)]
     return sub(travelled(now), travelled([const(at) for at in drawn]))
 
 
@@ -322,7 +325,7 @@ class _Side:
             [
                 _Side(place, radius=ring.radius)
                 if isinstance(ring, Circle) and not round_too
-                else _Side(place, circle(ring.radius) if isinstance(ring, Circle) else ring, turn=turn)
+                else _Side(place, circle_outline(ring.radius) if isinstance(ring, Circle) else ring, turn=turn)
                 for ring in piece
             ]
             for piece in pieces_of(thing)

@@ -14,10 +14,10 @@ from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, insertion, replacement
 from movimentum.expressions import Expr, add, call, const, mul, substitute
 from movimentum.expressions.tables import Ends, Table
-from movimentum.outlines.contour import PLACE, Contour, smooth
+from movimentum.outlines.contour import PLACE, Contour, smooth_contour
+from movimentum.outlines.expression_outlines import UndefinedPlace, curve_of_expressions, curve_of_pieces
 from movimentum.outlines.kinks import MOST_PIECES, TooManyPieces
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.pieces import Undefined, assembled, traced
 from movimentum.records import replace
 from movimentum.scene.expansion.constants import varies
 from movimentum.scene.expansion.table_files import POINTS, ReadTable, TableColumn, Tables
@@ -29,7 +29,7 @@ from movimentum.scene.resolve import ComponentUse, Meanings, VariableUse
 from movimentum.source import drawing_file
 from movimentum.syntax.expression_tree import Expression, Member, Name, postorder
 from movimentum.syntax.tree import Definition, Option, Text
-from movimentum.syntax.words import VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import VECTOR_MEMBERS
 from movimentum.things.kinds.curve import SHAPES
 from movimentum.tolerances import OUTLINE_CLOSES
 
@@ -85,7 +85,7 @@ class CurveReader:
             return None
         self._tables[column] = made
         points = np.stack([made.x, made.y], axis=-1).reshape(-1, 4, 2)
-        return assembled([(_bezier(piece), 0.0, 1.0) for piece in points], closed=True)
+        return curve_of_pieces([(_bezier(piece), 0.0, 1.0) for piece in points], closed=True)
 
     def outline(self, definition: Definition, read: Mapping[str, Any]) -> Contour | None:
         """The outline that the options of a definition state; None after an error, which is reported."""
@@ -128,8 +128,8 @@ class CurveReader:
             (r,) = made
             made = mul(r, call("cosd", PLACE)), mul(r, call("sind", PLACE))
         try:
-            outline = traced(made[0], made[1], first, last, closed="open" not in read)
-        except Undefined as problem:
+            outline = curve_of_expressions(made[0], made[1], first, last, closed="open" not in read)
+        except UndefinedPlace as problem:
             message = f"this has no value at {parameter.name} = {problem.place:g}"
             helps = ("state with `.range(…)` where it has one",)
             self._findings.error("kind/not-finite", message, expression.span, helps=helps)
@@ -253,7 +253,7 @@ class CurveReader:
         ends = Ends.PERIODIC if closed else Ends.STRAIGHT
         x, y = (call("table", PLACE, payload=Table(along, np.ascontiguousarray(round_[:, k]), smooth=True, ends=ends))
                 for k in (0, 1))  # fmt: skip
-        return self._checked(smooth((x, y), 0.0, float(along[-1]), closed=closed), option)
+        return self._checked(smooth_contour((x, y), 0.0, float(along[-1]), closed=closed), option)
 
     # --- of a drawing
 
@@ -282,12 +282,12 @@ class CurveReader:
         points = np.stack([made.x, made.y], axis=-1).reshape(-1, 4, 2)
         own = [(_bezier(piece), 0.0, 1.0) for piece in points]
         closed = bool(made.spelled[2]) and "open" not in read
-        return self._checked(assembled(own, closed=closed), text)
+        return self._checked(curve_of_pieces(own, closed=closed), text)
 
     # --- what is wrong
 
     def _checked(self, outline: Contour, node: Expression | Option | Text) -> Contour | None:
-        drawn = np.array(outline.drawn)
+        drawn = np.array(outline.polyline)
         if not np.abs(drawn).max() <= FARTHEST:
             message = f"this curve goes {np.abs(drawn).max():g} px from its anchor"
             notes = (f"points of curves are at most {FARTHEST:g} px from it",)

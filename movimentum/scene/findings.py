@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from movimentum.diagnostics import MAX_MESSAGES, Diagnostic, Fix, Label, Severity
 from movimentum.source import SourceText, Span
 from movimentum.syntax.suggest import nearest
-from movimentum.syntax.words import CLOCKS
+from movimentum.syntax.vocabulary import CLOCKS
 
 
 class Findings:

@@ -55,7 +55,7 @@ class Wheel:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class StoredValue:
     """``value.at(time)`` in a statement: the value to which the motion brings it by then, a number from then on."""
 
     value: Expr
@@ -76,12 +76,12 @@ class Cord:
     grips: bool = False
 
 
-def kept_in(*sides: Expr) -> list[Kept]:
+def stored_values_in(*sides: Expr) -> list[StoredValue]:
     """The values kept from other times that expressions use, with those that these use, first."""
-    found: list[Kept] = []
+    found: list[StoredValue] = []
     for payload in symbols(*sides):
-        if isinstance(payload, Kept):
-            found += [*kept_in(payload.value), payload]
+        if isinstance(payload, StoredValue):
+            found += [*stored_values_in(payload.value), payload]
     return list(dict.fromkeys(found))
 
 

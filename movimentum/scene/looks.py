@@ -19,7 +19,7 @@ from movimentum.things.kinds.bar import BAR
 from movimentum.things.kinds.disc import DISC
 from movimentum.things.kinds.ground import GROUND
 from movimentum.things.kinds.poles import POLODE
-from movimentum.things.options import COLOR
+from movimentum.things.option_rules import COLOR
 from movimentum.things.registry import kind_of
 
 LINK_WIDTH = 12.0

@@ -93,7 +93,7 @@ from movimentum.syntax.expression_tree import (
     children,
 )
 from movimentum.syntax.printer import expression_text
-from movimentum.syntax.words import SYNONYMS
+from movimentum.syntax.vocabulary import SYNONYMS
 
 MAX_DEPTH = 400
 """How deep an `Expr` may be, because later code that walks it may recurse."""
@@ -102,7 +102,7 @@ _LONG = 8
 """The members of a longer sum or product are paired like a tournament, so that its depth stays small."""
 
 OPERATION_OF = {SYNONYMS.get(some.word, some.word): some.name for some in OPERATIONS if some.word is not None}
-"""The language's functions (see `syntax.words`), and the operations that they are."""
+"""The language's functions (see `syntax.vocabulary`), and the operations that they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class Context:
     """The context for lowering an expression: ``step_time``, ``step_end`` (None: the last step, which has no length)
     and the number of its ``constraint``; ``blanks`` counts the ``_`` of the whole script; ``things`` are the scene's;
     diagnostics go to ``findings``. ``reduces``: the words by which what is read may be reduced over the film.
-    ``kept_from``: when the film begins, where ``.at`` keeps values from before the step.
+    ``stored_from``: when the film begins, where ``.at`` keeps values from before the step.
     """
 
     inference: Inference
@@ -121,7 +121,7 @@ class Context:
     step_end: Fraction | None = None
     things: Sequence[Thing] = ()
     reduces: frozenset[str] = frozenset()
-    kept_from: Fraction | None = None
+    stored_from: Fraction | None = None
 
 
 def lower(nodes: Sequence[Expression], meanings: Meanings, context: Context) -> Value | None:
@@ -330,8 +330,8 @@ def _call(node: Call, arguments: list[Value], context: Context) -> Value:
             return tuple(integral(part, context.step_time) for part in arguments[0])
         case "d":
             return tuple(derivative(part) for part in arguments[0])
-        case "at" if context.kept_from is not None:
-            return earlier_value(node, arguments, (context.kept_from, context.step_time), context.findings)
+        case "at" if context.stored_from is not None:
+            return earlier_value(node, arguments, (context.stored_from, context.step_time), context.findings)
         case word if is_reduction(node) and (word in context.reduces or word not in ("min", "max")):
             return reduced(node, arguments, context.findings, allowed=word in context.reduces)
         case "min" | "max":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from movimentum.scene.leaves import Bearing, ContactPlace, Cord, Kept, Stop, Wheel
+from movimentum.scene.leaves import Bearing, ContactPlace, Cord, Stop, StoredValue, Wheel
 from movimentum.scene.model import (
     AnchorCoordinate,
     AnchorRef,
@@ -55,7 +55,7 @@ def symbol_name(scene: Scene, payload: Hashable) -> str:
                     return f".a([1, 0], {anchor_name(scene, end)} - {anchor_name(scene, start)})"
         case Cord(stops, grips):
             return f".cord({', '.join(_stop_name(scene, stop) for stop in stops)})" + ".grips" * grips
-        case Kept(time=time):
+        case StoredValue(time=time):
             return f"(a value kept from t = {float_text(float(time))})"
         case VariableComponent():
             return payload.name if payload.axis is None else f"{payload.name}.{_AXES[payload.axis]}"

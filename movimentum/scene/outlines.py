@@ -6,10 +6,18 @@ import math
 from functools import lru_cache
 
 from movimentum.geometry import Point, hull
+from movimentum.outlines.boolean_operations import (
+    Region,
+    difference_of,
+    disc_region,
+    outlines_of,
+    region_of,
+    transformed,
+    union_of,
+)
 from movimentum.outlines.contour import Contour
-from movimentum.outlines.joined import Region, disc, less, merged, outlines_of, placed, region_of
 from movimentum.outlines.lines import polygon, there_and_back
-from movimentum.outlines.shapes import bezier, circle, edged, gear, sector
+from movimentum.outlines.shapes import bezier_outline, circle_outline, gear_outline, polygon_with_arcs, sector_outline
 from movimentum.records import dataclass
 from movimentum.scene.model import Thing
 from movimentum.things.kinds.body import Composite
@@ -74,12 +82,12 @@ def rings_of(thing: Thing) -> tuple[Contour | Circle, ...]:
         case Composite():
             return tuple(ring for piece in own.pieces for ring in piece)
         case Annular():
-            return Circle(own.outer), circle(own.inner, hollow=True)
+            return Circle(own.outer), circle_outline(own.inner, hollow=True)
         case Wedge() if own.turn == 360.0:
             return (Circle(own.radius),)
         case Wedge():
             begin = 180.0 - own.begin - own.turn if thing.placement.mirrored else own.begin
-            return (sector(own.radius, begin + (thing.placement.turned.value or 0.0), own.turn),)
+            return (sector_outline(own.radius, begin + (thing.placement.turned.value or 0.0), own.turn),)
         case Toothed():
             return _toothed(thing, own)
         case _:
@@ -93,10 +101,10 @@ def _toothed(thing: Thing, own: Toothed) -> tuple[Contour | Circle, ...]:
         c, s = math.cos(math.radians(direction)), math.sin(math.radians(direction))
         return (polygon([(c * x - s * y, s * x + c * y) for x, y in rack_corners(teeth, module)]),)
     if not own.inner:
-        return (gear(teeth, module, PRESSURE_ANGLE, ADDENDUM, DEDENDUM, direction),)
+        return (gear_outline(teeth, module, PRESSURE_ANGLE, ADDENDUM, DEDENDUM, direction),)
     # the gaps of a ring have the shape of a gear's teeth
-    gaps = gear(teeth, module, PRESSURE_ANGLE, DEDENDUM, ADDENDUM, direction + 180.0 / teeth)
-    return Circle(own.pitch_radius + (DEDENDUM + RIM) * module), gaps.but(hollow=True)
+    gaps = gear_outline(teeth, module, PRESSURE_ANGLE, DEDENDUM, ADDENDUM, direction + 180.0 / teeth)
+    return Circle(own.pitch_radius + (DEDENDUM + RIM) * module), gaps.changed(hollow=True)
 
 
 def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
@@ -118,7 +126,7 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
             return (polygon(corners, reach),)
         return (there_and_back(corners, reach),) if len(corners) == 2 else (Circle(reach),) if reach else ()
     if word == "bezier":
-        return (bezier(tuple(points), reach),) if len(points) > 2 else ()
+        return (bezier_outline(tuple(points), reach),) if len(points) > 2 else ()
     bends: list[Point | None] = [None] * len(points)
     side, places = -1.0 if thing.placement.mirrored else 1.0, {n: k for k, n in enumerate(numbers)}
     for arc in look.arcs:
@@ -130,8 +138,12 @@ def _edged(thing: Thing, reach: float) -> tuple[Contour | Circle, ...]:
     corners, bends = [points[k] for k in kept], [bends[k] for k in kept]
     if word == "polygon":
         corners, bends = (corners[:-1], bends[:-1]) if corners[0] == corners[-1] else (corners, bends)
-        return (edged(tuple(corners), tuple(bends), 0.0, closed=True),) if len(corners) > 2 or any(bends) else ()
-    return (edged(tuple(corners), tuple(bends), reach, closed=False),) if len(corners) > 1 else ()
+        return (
+            (polygon_with_arcs(tuple(corners), tuple(bends), 0.0, closed=True),)
+            if len(corners) > 2 or any(bends)
+            else ()
+        )
+    return (polygon_with_arcs(tuple(corners), tuple(bends), reach, closed=False),) if len(corners) > 1 else ()
 
 
 Shape = tuple[tuple["Contour | Circle", ...], Point, bool]
@@ -145,13 +157,13 @@ def joined(shapes: tuple[Shape, ...]) -> tuple[tuple[Contour, ...], ...] | None:
     for rings, at, minus in shapes:
         shape: Region = []
         for ring in rings:
-            own = disc(ring.radius) if isinstance(ring, Circle) else region_of(ring.but(hollow=False))
+            own = disc_region(ring.radius) if isinstance(ring, Circle) else region_of(ring.changed(hollow=False))
             if own is None:
                 return None
             hole = isinstance(ring, Contour) and ring.hollow
-            shape = less(shape, own) if hole else merged(shape, own)
-        shape = placed(shape, (1.0, 0.0, 0.0, 1.0), (at[0] - shapes[0][1][0], at[1] - shapes[0][1][1]))
-        whole = less(whole, shape) if minus else merged(whole, shape)
+            shape = difference_of(shape, own) if hole else union_of(shape, own)
+        shape = transformed(shape, (1.0, 0.0, 0.0, 1.0), (at[0] - shapes[0][1][0], at[1] - shapes[0][1][1]))
+        whole = difference_of(whole, shape) if minus else union_of(whole, shape)
     return tuple(tuple(piece) for piece in outlines_of(whole))
 
 
@@ -165,4 +177,4 @@ def _placed(outline: Contour, linear: Linear, at: Point, reach: float = 0.0) -> 
     placed = outline.placed(linear, at)
     if reach == 0.0:
         return placed
-    return placed.but(reach=reach)
+    return placed.changed(reach=reach)

@@ -13,7 +13,7 @@ from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Expression, Member, Name, Negate, Power, Product, Sum
 from movimentum.syntax.printer import float_text
 from movimentum.syntax.tree import ClaimStatement, Statement
-from movimentum.syntax.words import ENDING_WORDS
+from movimentum.syntax.vocabulary import ENDING_WORDS
 from movimentum.things.kinds.toothed import GEAR, RACK, Toothed
 from movimentum.tolerances import SAME_MODULE
 

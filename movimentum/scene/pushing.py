@@ -152,13 +152,13 @@ def _has_rate(*roots: Expr) -> bool:
 
 def _as_clutch(constraint: Constraint) -> Constraint | None:
     """``constraint`` as that one value changes at least so fast, or at most; None where it says something else."""
-    from movimentum.outlines.contour import PLACE, slope
+    from movimentum.outlines.contour import PLACE, derivative_by
 
     total = sub(constraint.left[0], constraint.right[0])
     rates = [node for node in walk(total) if node.op == "derivative"]
     value, rest = ZERO, total
     for rate in rates:
-        share = slope(substitute(rest, lambda node, rate=rate: PLACE if node == rate else None)).value
+        share = derivative_by(substitute(rest, lambda node, rate=rate: PLACE if node == rate else None)).value
         if share is None or _has_rate(rate.args[0]):
             return None
         value = add(value, mul(const(share), rate.args[0]))

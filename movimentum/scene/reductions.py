@@ -9,7 +9,7 @@ from movimentum.expressions import Expr, symbol, walk
 from movimentum.expressions.rational import rational_value
 from movimentum.records import replace
 from movimentum.scene.findings import Findings
-from movimentum.scene.leaves import Kept
+from movimentum.scene.leaves import StoredValue
 from movimentum.scene.model import GearPair
 from movimentum.scene.values import Value
 from movimentum.syntax.expression_tree import (
@@ -24,7 +24,7 @@ from movimentum.syntax.expression_tree import (
 )
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import ClaimStatement
-from movimentum.syntax.words import REDUCTIONS
+from movimentum.syntax.vocabulary import REDUCTIONS
 from movimentum.text import time_text
 
 _IN_FILMS = Advised.of(
@@ -83,8 +83,8 @@ _NOT_KEPT = {"derivative": ".d(…)", "integral": ".i(…)", "lifetime": ".iv", 
 
 
 def earlier_value(node: Call, arguments: list[Value], between: tuple[Fraction, Fraction], findings: Findings) -> Value:
-    """``e.at(T)`` in a statement: the value that e has by then (`Kept`), componentwise. T is ``between`` the times of
-    the first step and of the statement's.
+    """``e.at(T)`` in a statement: the value that e has by then (`StoredValue`), componentwise. T is ``between`` the
+    times of the first step and of the statement's.
 
     Errors: ``kind/not-constant`` for T, ``timeline/outside`` where it is not from before the step, ``kind/mismatch``.
     """
@@ -108,7 +108,7 @@ def earlier_value(node: Call, arguments: list[Value], between: tuple[Fraction, F
             helps = (f"give it a name, and keep that: `v = {text};` and `v.at({when})`",)
             findings.error("kind/mismatch", message, node.span, helps=helps)
             return inner
-    return tuple(part if part.value is not None else symbol(Kept(part, at)) for part in inner)
+    return tuple(part if part.value is not None else symbol(StoredValue(part, at)) for part in inner)
 
 
 def reduced(node: Call, arguments: list[Value], findings: Findings, *, allowed: bool) -> Value:

@@ -16,7 +16,7 @@ from movimentum.scene.pairs import PAIRED, has_word, pair_of
 from movimentum.source import Span
 from movimentum.syntax.expression_tree import Call, Comparison, Expression, Member, Name, Negate, Number, Several
 from movimentum.syntax.tree import ClaimStatement, Statement
-from movimentum.syntax.words import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import CLOCKS, REDUCTIONS, THING_MEMBERS, VECTOR_MEMBERS
 from movimentum.things.kinds.trace import TRACE
 
 

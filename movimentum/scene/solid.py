@@ -27,7 +27,7 @@ def solidified(constraint: Constraint, resolved: ResolvedStatement, context: Con
     places push. As it is, where it is no such thing: where a gap is to be small, where there are several, or where it
     measures from a value; then it pushes as other values do.
     """
-    from movimentum.outlines.contour import PLACE, slope
+    from movimentum.outlines.contour import PLACE, derivative_by
 
     solid = _solid_of(resolved)
     if solid is None:
@@ -43,7 +43,7 @@ def solidified(constraint: Constraint, resolved: ResolvedStatement, context: Con
     total, mark = sub(left[0], right[0]), symbol(VariableComponent(_MARK, None))
     if any(node.op == "derivative" for node in walk(total)):
         return constraint
-    share = slope(substitute(total, lambda leaf: PLACE if leaf == mark else None)).value
+    share = derivative_by(substitute(total, lambda leaf: PLACE if leaf == mark else None)).value
     if share is None or share == 0.0 or (share > 0.0) is not above:
         return constraint
     rest = substitute(total, lambda leaf: ZERO if leaf == mark else None)

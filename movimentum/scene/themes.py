@@ -12,7 +12,7 @@ from movimentum.scene.findings import Findings
 from movimentum.source import FarSpan, SourceText
 from movimentum.things.colors import color, color_names
 from movimentum.things.kind import Color
-from movimentum.things.options import OptionForm, OptionRule
+from movimentum.things.option_rules import OptionForm, OptionRule
 from movimentum.things.registry import KINDS
 
 EDGE_WIDTH = 1.6

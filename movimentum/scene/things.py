@@ -19,7 +19,7 @@ from movimentum.scene.expansion.table_files import ReadTable, Tables
 from movimentum.scene.findings import Findings
 from movimentum.scene.looks import Stated, look_of
 from movimentum.scene.model import Anchor, Elements, Thing
-from movimentum.scene.options import read_options, value_of
+from movimentum.scene.option_reading import read_options, value_of
 from movimentum.scene.points import course_of, points_of
 from movimentum.scene.resolve import ThingTable, report_unknown_thing
 from movimentum.source import drawing_file

@@ -13,28 +13,28 @@ from movimentum.expressions import Expr, add, call, mul, sub, symbol
 from movimentum.memo import Memo
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.envelope import NO_POSES, EnvelopeRun, ToolPoses, envelope
-from movimentum.outlines.profile import Profile, profile
-from movimentum.outlines.shapes import circle
-from movimentum.outlines.swept import SweptOutline, SweptOutlines
+from movimentum.outlines.profile import Profile, cut_profile
+from movimentum.outlines.shapes import circle_outline
+from movimentum.outlines.swept_regions import SweptOutline, SweptOutlines
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import dataclass, replace
 from movimentum.scene.cutting import CutJob, CutProfile
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle
 from movimentum.scene.outlines import Circle, outer_rings
+from movimentum.solver.edited_parts import connected_parts_of
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.rates.rates import UndefinedRate, rates_up_to
-from movimentum.solver.reuse import scene_key, segment_key, thing_key
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.solver.solver import solve
-from movimentum.solver.touched import connected
-from movimentum.solver.undercut import farther, fitting_radius
+from movimentum.solver.solver_cache import scene_key, segment_key, thing_key
+from movimentum.solver.undercut import fitting_radius, required_offset
 from movimentum.timeline.arrange import arrange
 from movimentum.timeline.model import Timeline
 
-KEPT = 16
+SCENES_KEPT = 16
 """Scenes after which a profile that none of them has asked for is forgotten."""
-_PROFILES = Memo(KEPT)
+_PROFILES = Memo(SCENES_KEPT)
 
 
 def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile]:
@@ -56,7 +56,7 @@ def carve(scene: Callable[[], Scene], jobs: Sequence[CutJob]) -> list[CutProfile
             continue
         part = timeline
         things: Hashable = scene_key(made)
-        if (own := connected(made, timeline.segments, (tool.number, frame.number))) is not None:
+        if (own := connected_parts_of(made, timeline.segments, (tool.number, frame.number))) is not None:
             part = replace(timeline, segments=tuple(own[0]))
             things = tuple(thing_key(thing, text) for thing in own[1])
         stated: Hashable = things, tuple(segment_key(0, each, text) for each in part.segments)
@@ -87,15 +87,15 @@ def _cut(
         if job.needed and _is_free(motion, tool):
             return CutProfile(fault=f"`{tool.name}` is moved by nothing but the profile")
         alone = outlines[0] if len(outlines) == 1 else None
-        course = RelativeMotion(motion, tool, frame, round_=isinstance(alone, Circle))
-        cutting = _Cutting(course, _parts(motion), job.outer)
-        shapes = [circle(each.radius) if isinstance(each, Circle) else each for each in outlines]
+        relative_motion = RelativeMotion(motion, tool, frame, round_=isinstance(alone, Circle))
+        cutting = _CutFilm(relative_motion, _smooth_parts(motion), job.outer)
+        shapes = [circle_outline(each.radius) if isinstance(each, Circle) else each for each in outlines]
         made = cutting.profile(shapes, alone.radius if isinstance(alone, Circle) else None)
     except (RateError, UndefinedRate):
         return CutProfile(fault="the motion has no velocities")
     if made is None:
         return CutProfile(fault=cutting.fault)
-    turned = made.outline.but(hollow=True) if cutting.outside else made.outline
+    turned = made.outline.changed(hollow=True) if cutting.outside else made.outline
     if not made.corners:
         return CutProfile(turned)
     first = min(made.corners, key=lambda corner: corner.time)
@@ -103,9 +103,9 @@ def _cut(
     place = x + first.place[0], y + first.place[1]
     radius = away = None
     if isinstance(alone, Circle):
-        radius = fitting_radius(course, cutting.film, alone.radius, outer=job.outer)
+        radius = fitting_radius(relative_motion, cutting.film, alone.radius, outer=job.outer)
     elif alone is not None:
-        away = farther(course, cutting.film, tool, alone)
+        away = required_offset(relative_motion, cutting.film, tool, alone)
     return CutProfile(turned, time=first.time, place=place, radius=radius, farther=away)
 
 
@@ -120,13 +120,13 @@ def _is_free(motion: PathMotion, tool: Thing) -> bool:
     return False
 
 
-def _parts(motion: PathMotion) -> list[tuple[Fraction, Fraction]]:
+def _smooth_parts(motion: PathMotion) -> list[tuple[Fraction, Fraction]]:
     """From when to when the motion is smooth."""
     found: list[tuple[Fraction, Fraction]] = []
     for segment_motion in motion.segments:
         start, end = segment_motion.segment.start, min(segment_motion.segment.end, motion.timeline.end)
         for piece in segment_motion.pieces:
-            if not isinstance(piece, Unsolved):
+            if not isinstance(piece, UnsolvedInterval):
                 begin, last = start + Fraction(piece.begin), min(start + Fraction(piece.end), end)
                 if last > begin:
                     found.append((begin, last))
@@ -155,7 +155,7 @@ class RelativeMotion:
         return found * np.array([1.0, 1.0, math.pi / 180.0])[:, None]
 
     def __call__(self, times: Sequence[Fraction]) -> FloatArray:
-        """See `outlines.envelope.Course`."""
+        """See `outlines.envelope.ToolMotion`."""
         try:
             place, rate, faster = self.rates(times, 2)
         except UndefinedRate:
@@ -166,8 +166,8 @@ class RelativeMotion:
 
 
 @dataclass(slots=True, eq=False)
-class _Cutting:
-    course: RelativeMotion
+class _CutFilm:
+    relative_motion: RelativeMotion
     parts: list[tuple[Fraction, Fraction]]
     outer: bool
     fault: str = ""
@@ -180,7 +180,7 @@ class _Cutting:
         runs: list[EnvelopeRun] = []
         swept: list[SweptOutline] = []
         for tool in tools:
-            some, self.film = envelope(tool, self.parts, self.course, max([0, *(run.branch for run in runs)]))
+            some, self.film = envelope(tool, self.parts, self.relative_motion, max([0, *(run.branch for run in runs)]))
             runs += some
             swept.append(SweptOutline(tool, self.film.poses, radius))
         if not swept[0].poses.shape[1]:
@@ -189,7 +189,7 @@ class _Cutting:
         if not runs:
             self.fault = "the tool rests in what it cuts"
             return None
-        made = profile(runs, SweptOutlines(tuple(swept)), outer=self.outer)
+        made = cut_profile(runs, SweptOutlines(tuple(swept)), outer=self.outer)
         if made is None:
             self.fault = "the tool goes over all of it"
         else:

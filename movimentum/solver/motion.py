@@ -11,18 +11,18 @@ import numpy as np
 from movimentum.arrays import FloatArray, IntArray
 from movimentum.diagnostics import Diagnostic
 from movimentum.records import dataclass, field
-from movimentum.scene.leaves import Kept
-from movimentum.solver.assembly import Assembly
+from movimentum.scene.leaves import StoredValue
 from movimentum.solver.basis.instants import Instants, at_frames, at_offsets, at_times
+from movimentum.solver.pose_assembly import PoseAssembly
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.timeline.model import Timeline
 
-BATCH = 4096
+FRAMES_AT_A_TIME = 4096
 """Frames solved by one call: few enough for the arrays to stay in the processor's caches."""
 
 
-class AnyMotion(Protocol):
+class MotionOfAnyAccuracy(Protocol):
     """A motion of any accuracy: a value from which the poses of any frames can be had.
 
     A frame's pose depends on its time only, not on which frames are asked for.
@@ -59,18 +59,18 @@ class AnyMotion(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathMotion:
-    """A solved timeline, of standard accuracy (see `AnyMotion`).
+    """A solved timeline, of standard accuracy (see `MotionOfAnyAccuracy`).
 
     ``segments``: one for each segment. ``size``: the scene's size (pixels), for tolerances.
-    ``kept``: the values that statements keep from earlier times; in the timeline's segments they are numbers.
-    ``doubted``: some frame violates what the script states; poses are then judged before they count as solved.
+    ``stored_values``: the values that statements keep from earlier times; in the timeline's segments they are numbers.
+    ``uncertain``: some frame violates what the script states; poses are then judged before they count as solved.
     """
 
     timeline: Timeline
     segments: tuple[SegmentMotion, ...]
     size: float
-    doubted: bool = False
-    kept: Mapping[Kept, float] = field(default_factory=dict[Kept, float])
+    uncertain: bool = False
+    stored_values: Mapping[StoredValue, float] = field(default_factory=dict[StoredValue, float])
 
     @property
     def path(self) -> PathMotion:
@@ -93,8 +93,8 @@ class PathMotion:
         times = at_frames((), Fraction(0), timeline.start, 1 / timeline.fps, frames).tau
         assembly = self._assembly(frames, times, angles=angles)
         for segment_motion, low, high in self.spans(first, stop):
-            for begin in range(low, high, BATCH):
-                end = min(begin + BATCH, high)
+            for begin in range(low, high, FRAMES_AT_A_TIME):
+                end = min(begin + FRAMES_AT_A_TIME, high)
                 assembly.add(
                     segment_motion, slice(begin - first, end - first), self.instants(segment_motion, begin, end)
                 )
@@ -166,10 +166,10 @@ class PathMotion:
             start = segment_motion.segment.start
             found.add(start)
             for piece in segment_motion.pieces:
-                offsets = [piece.begin] if isinstance(piece, Unsolved) else [piece.begin, *piece.nodes.tolist()]
+                offsets = [piece.begin] if isinstance(piece, UnsolvedInterval) else [piece.begin, *piece.nodes.tolist()]
                 found |= {start + round(offset / unit) * unit for offset in offsets}
         return sorted(found)
 
-    def _assembly(self, frames: IntArray, times: FloatArray, *, angles: bool = True) -> Assembly:
-        judged = self.size if self.doubted else None
-        return Assembly(self.timeline.scene, self.segments, frames, times, angles=angles, judged=judged)
+    def _assembly(self, frames: IntArray, times: FloatArray, *, angles: bool = True) -> PoseAssembly:
+        judged = self.size if self.uncertain else None
+        return PoseAssembly(self.timeline.scene, self.segments, frames, times, angles=angles, judged=judged)

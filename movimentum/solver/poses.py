@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
 
-SEEN = 0.5
+VISIBLE_FROM = 0.5
 """Of a `visible` property: from here on a thing is seen, as 1 says; below it is not, as 0 says."""
 
 
-class SpelledPoses(Protocol):
+class HighPrecisionPoses(Protocol):
     """Poses that have more digits than a float: numbers of an arithmetic of their own, and their texts."""
 
     def coordinate(self, thing: int, local: tuple[float, float], axis: int) -> Any:
@@ -70,7 +70,7 @@ class Poses:
     missing: dict[str, BoolArray] = field(default_factory=lambda: {}, kw_only=True)  # noqa: PIE807 - typed
 
     @property
-    def spelled(self) -> SpelledPoses | None:
+    def high_precision(self) -> HighPrecisionPoses | None:
         """The same with all digits, where numbers are written with more than a float has; else None."""
         return None
 

@@ -11,7 +11,7 @@ from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.solver.basis.instants import Instants, distinct
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.start.candidates import Selection
 from movimentum.timeline.model import Segment
@@ -19,12 +19,12 @@ from movimentum.tolerances import SAME_INSTANT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Unsolved:
+class UnsolvedInterval:
     """An interval [``begin``, ``end``] without any path; ``carry`` is the last good pose."""
 
     begin: float
     end: float
-    carry: Carry
+    carry: PoseState
 
 
 class PathReason(StrEnum):
@@ -41,7 +41,7 @@ class PathBeginning:
 
     time: float
     selection: Selection
-    carry: Carry
+    carry: PoseState
     reason: PathReason
     selector: int | None = None
 
@@ -86,17 +86,17 @@ class SegmentMotion:
 
     segment: Segment
     plan: Plan
-    base: Carry
-    pieces: list[Piece | Unsolved]
+    base: PoseState
+    pieces: list[Piece | UnsolvedInterval]
     beginnings: list[PathBeginning]
-    troubles: list[Failure]
+    failures: list[Failure]
 
     def piece_numbers(self, tau: FloatArray) -> IntArray:
         """(F,) the number of the piece that each of the offsets ``tau`` (F,) is in; where two meet, the later one."""
         begins = np.array([piece.begin for piece in self.pieces[1:]])
         return np.searchsorted(begins, tau, side="right")
 
-    def by_piece(self, instants: Instants) -> Iterator[tuple[Piece | Unsolved, IntArray, Instants]]:
+    def by_piece(self, instants: Instants) -> Iterator[tuple[Piece | UnsolvedInterval, IntArray, Instants]]:
         """The pieces that ``instants`` are in, each with their places among these, and with them alone."""
         numbers = self.piece_numbers(instants.tau)
         for number in distinct(numbers):
@@ -112,4 +112,4 @@ class SegmentMotion:
     @property
     def ended(self) -> bool:
         """Whether there is no path at the segment's end."""
-        return isinstance(self.pieces[-1], Unsolved)
+        return isinstance(self.pieces[-1], UnsolvedInterval)

@@ -17,7 +17,7 @@ from movimentum.analysis.diagnose.claims import broken_claims
 from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, to_json
 from movimentum.drawing.model import SymbolMark, TextMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.expressions import Expr, symbols
 from movimentum.records import replace
 from movimentum.rendering.marks import PreparedMark
@@ -86,7 +86,7 @@ def scene_data(timeline: Timeline, frames: int | None = None, motion: PathMotion
 
 
 def _contacts(motion: PathMotion) -> list[dict[str, Any]]:
-    from movimentum.analysis.happenings import contacts
+    from movimentum.analysis.contact_events import contacts
 
     return [
         {

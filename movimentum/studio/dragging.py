@@ -12,12 +12,12 @@ import numpy as np
 from movimentum import tolerances
 from movimentum.analysis.freedom.motions import free_motions_at
 from movimentum.analysis.interactive.drag import Grip
-from movimentum.analysis.live import texts_of, with_numbers
+from movimentum.analysis.shown_numbers import texts_of, with_shown_numbers
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.expressions import Expr, add, const, mul, symbol
 from movimentum.records import replace
 from movimentum.scene.model import AnchorCoordinate, Thing, VariableComponent
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.studio.descriptions import moved_marks, why
 from movimentum.studio.messages import Grabbed, HandMoved, MotionsFree, PartGrabbed, PlacesMoved, PoseReset, TimeLooked
 from movimentum.studio.placing import movable
@@ -74,8 +74,8 @@ class Dragging:
         inspector = Inspector(job.revision, instant)
         piece, tau = inspector.part
         thing = motion.timeline.scene.things[message.thing]
-        if isinstance(piece, Unsolved) or not thing.anchors:
-            unsolved = isinstance(piece, Unsolved)
+        if isinstance(piece, UnsolvedInterval) or not thing.anchors:
+            unsolved = isinstance(piece, UnsolvedInterval)
             words = "there is no solution at this time" if unsolved else f"`{thing.name}` is not a body"
             self._worker.send(Grabbed(message.grip, "fixed", words))
             return
@@ -97,7 +97,7 @@ class Dragging:
             grip.follow_on(self._grip)
         self._grip, self._number, self._held = grip, message.grip, (message.rev, instant)
         self._mine = self._stirred(grip.placements())
-        self._film, self._poses = job.film, with_numbers(motion, poses, [instant])
+        self._film, self._poses = job.film, with_shown_numbers(motion, poses, [instant])
         self._texts = texts_of(motion.timeline.scene) if motion.timeline.scene.shows_numbers else None
         self._worker.send(Grabbed(message.grip, "free"))
 

@@ -84,12 +84,12 @@ def _formula(inspector: Inspector, name: str) -> str:
     from movimentum.analysis.interactive.formula import UNREASONABLE, Obstacle
 
     formulas = inspector.formulas(name, PATIENCE_S)
-    from movimentum.analysis.interactive.spelling import spelled
+    from movimentum.analysis.interactive.spelling import in_language
 
     lines: list[str] = []
     for label, found in formulas:
         if not isinstance(found, Obstacle):
-            written = spelled(found)
+            written = in_language(found)
             lines.append(f"{label} = {written}" if written else f"{label} has a formula that no statement can have")
         elif found.words == UNREASONABLE:
             lines.append(f"{label} has {found.words}")
@@ -178,7 +178,7 @@ def still(worker: Worker, dragging: Dragging, message: StillAsked) -> None:
 
 
 def _svg(job: TextWork, dragging: Dragging, instant: Fraction) -> str:
-    from movimentum.drawing.options import PictureOptions
+    from movimentum.drawing.picture_options import PictureOptions
     from movimentum.rendering.prepare import prepare_drawing
     from movimentum.vector.film import make_film
     from movimentum.vector.svg import svg_document

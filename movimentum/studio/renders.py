@@ -16,7 +16,7 @@ import numpy as np
 
 from movimentum.cancellation import Cancelled, cancellable
 from movimentum.diagnostics import Severity
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.encoding import write
 from movimentum.errors import MovimentumError, usage_error
 from movimentum.records import dataclass, replace
@@ -162,12 +162,12 @@ class Recorder:
             return
         if len(self._shots) * len(job.motion.timeline.scene.things) >= MOST_POSES:
             return
-        from movimentum.analysis.live import with_numbers
+        from movimentum.analysis.shown_numbers import with_shown_numbers
 
         instant = exact_time(message.time)
         poses = self._dragging.shown(job, instant) if message.held else None
         if poses is None:
-            poses = with_numbers(job.motion, job.motion.poses_at([instant]), [instant])
+            poses = with_shown_numbers(job.motion, job.motion.poses_at([instant]), [instant])
         self._shots.append(Shot(message.at, job, poses))
 
     def end(self) -> tuple[Shot, ...]:
@@ -291,7 +291,7 @@ def still(path: Path) -> dict[str, Any] | None:
     from movimentum.studio.descriptions import some_pictures
 
     revision = None if _key(path) in _made else _revision(path)
-    poses = None if revision is None else revision.glimpse(revision.timeline.start)
+    poses = None if revision is None else revision.preview(revision.timeline.start)
     return None if revision is None or poses is None else {**some_pictures(revision.timeline, poses), "length": 0.0}
 
 

@@ -260,7 +260,7 @@ class Worker:
         if self._took <= QUICK_S:
             return
         try:
-            poses = job.revision.glimpse(job.time)
+            poses = job.revision.preview(job.time)
             if poses is None:
                 return
             film = some_pictures(timeline, poses)

@@ -62,7 +62,7 @@ from movimentum.syntax.tree import (
     ViewStatement,
     is_fixed_point,
 )
-from movimentum.syntax.words import BARE_OPTIONS
+from movimentum.syntax.vocabulary import BARE_OPTIONS
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,7 @@ from movimentum.syntax.expression_tree import (
     Vector,
 )
 from movimentum.syntax.tree import Option, Suffix, Text
-from movimentum.syntax.words import FUNCTIONS, SYNONYMS, WRITTEN
+from movimentum.syntax.vocabulary import FUNCTIONS, SYNONYMS, WRITTEN
 
 LARGEST_EXPONENT = 400
 """Numbers from 10^400 on, or below 10^-400, are refused: no float holds them, and exact arithmetic chokes on them."""

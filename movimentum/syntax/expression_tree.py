@@ -153,8 +153,8 @@ class TableUse:
 
 @dataclass(frozen=True, slots=True)
 class Call(Node):
-    """``.function(arguments)``; ``function`` is one of the canonical names of `movimentum.syntax.words`. ``reads``: of
-    ``.table``, whose only argument here is the last one.
+    """``.function(arguments)``; ``function`` is one of the canonical names of `movimentum.syntax.vocabulary`.
+    ``reads``: of ``.table``, whose only argument here is the last one.
     """
 
     function: str

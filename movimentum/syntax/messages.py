@@ -11,7 +11,7 @@ from movimentum.syntax.automaton import Unexpected
 from movimentum.syntax.building_blocks import WORDS, claim_meant, copied, meant, other_word
 from movimentum.syntax.older import SIGNS, called, first_word, other_shape, sign_fixes, unit_of_time, unnamed, written
 from movimentum.syntax.suggest import dotted, nearest
-from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.syntax.vocabulary import CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import SHAPES
 
 _VALUE = {"NUMBER", "NAME", "BLANK", "CLOCK", "FUNCTION", "LSQB", "LPAR", "LBRACE", "MINUS"}

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from movimentum.records import dataclass
 from movimentum.things.colors import INK, PALE
-from movimentum.things.options import OptionRule
+from movimentum.things.option_rules import OptionRule
 
 Color: TypeAlias = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""

@@ -11,10 +11,10 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.expressions import ONE, ZERO, Expr, Occurring, call, clock, div, ratio, substitute, walk
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import Kept, cords_of, kept_in
+from movimentum.scene.leaves import StoredValue, cords_of, stored_values_in
 from movimentum.scene.model import Claim, Constraint, Ending, Relation, Scene
 from movimentum.text import fraction_text
-from movimentum.timeline.model import HeldClaim, Segment, Timeline
+from movimentum.timeline.model import Segment, TimedClaim, Timeline
 from movimentum.timeline.trains import Trains
 
 Sides = tuple[Expr, ...]
@@ -68,7 +68,7 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
                 )
             ]
         )
-    moments = _with_times_kept(_moments(scene), scene)
+    moments = _with_storing_times(_moments(scene), scene)
     lifetimes = _lifetimes(scene, moments)
     segments: list[Segment] = []
     lowered: dict[int, Constraint] = {}
@@ -84,21 +84,21 @@ def arrange(scene: Scene, *, fps: Fraction | int | None = None, max_frames: int 
         tuple(segments),
         rate,
         lifetimes,
-        *(_held(scene, segments, trains, aims=aims) for aims in (False, True)),
-        kept=_earlier_values(segments),
+        *(_claim_intervals(scene, segments, trains, aims=aims) for aims in (False, True)),
+        stored_values=_earlier_values(segments),
     )
 
 
-def _earlier_values(segments: Sequence[Segment]) -> tuple[Kept, ...]:
+def _earlier_values(segments: Sequence[Segment]) -> tuple[StoredValue, ...]:
     """The values that statements keep; one that another one needs is before it."""
     sides = (side for segment in segments for item in segment.active for side in (*item.left, *item.right))
-    return tuple(sorted(kept_in(*dict.fromkeys(sides)), key=lambda kept: kept.time))
+    return tuple(sorted(stored_values_in(*dict.fromkeys(sides)), key=lambda kept: kept.time))
 
 
-def _with_times_kept(moments: list[_StepState], scene: Scene) -> list[_StepState]:
+def _with_storing_times(moments: list[_StepState], scene: Scene) -> list[_StepState]:
     """With one more moment wherever a value is kept that is between steps."""
     sides = (side for item in scene.constraints() for side in (*item.left, *item.right))
-    for time in {kept.time for kept in kept_in(*sides)} - {moment.time for moment in moments}:
+    for time in {kept.time for kept in stored_values_in(*sides)} - {moment.time for moment in moments}:
         before = next(k for k in reversed(range(len(moments))) if moments[k].time < time)
         moments.insert(before + 1, replace(moments[before], time=time))
     return moments
@@ -149,7 +149,9 @@ def _lifetimes(scene: Scene, moments: list[_StepState]) -> dict[int, Fraction]:
     return {number: ended[number] - start for number, start in began.items()}
 
 
-def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bool) -> tuple[HeldClaim, ...]:
+def _claim_intervals(
+    scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bool
+) -> tuple[TimedClaim, ...]:
     """How long each claim (or aim) holds: until a later step restates or ends its key, as with constraints."""
     end = scene.steps[-1].time
     over: dict[int, Fraction] = {}
@@ -163,7 +165,7 @@ def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bo
             if isinstance(item, Claim):
                 made.append(item)
                 held.setdefault(_key(item), []).append(item)
-    result: list[HeldClaim] = []
+    result: list[TimedClaim] = []
     for claim in made:
         start, until = scene.steps[claim.step].time, over.get(claim.number, end)
         left, right = _lasting((claim.left, claim.right), {claim.number: until - start})
@@ -171,7 +173,7 @@ def _held(scene: Scene, segments: Sequence[Segment], trains: Trains, *, aims: bo
         active = next((s.active for s in segments if s.start >= start), ())
         left, right = (trains.read(side, active, start, aims=aims) for side in (left, right))
         lasting = replace(claim, left=left, right=right)
-        result.append(HeldClaim(lasting, start, until, claim.number not in over))
+        result.append(TimedClaim(lasting, start, until, claim.number not in over))
     return tuple(result)
 
 

@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 
 from movimentum.records import dataclass
-from movimentum.scene.leaves import Kept
+from movimentum.scene.leaves import StoredValue
 from movimentum.scene.model import Claim, Constraint, Scene
 
 
@@ -28,7 +28,7 @@ class Segment:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldClaim:
+class TimedClaim:
     """A claim, a goal or a requirement from its step's time to ``end``, when it is restated or ended, or
     (``to_the_end``) to the end of the script, included. Its ``lifetime`` leaves are replaced.
     """
@@ -50,17 +50,17 @@ class Timeline:
     The last step's constraints hold from its time on; as frames end at the last step's time, the last
     segment has ``start == end`` (one instant).
     ``claims`` are in the order written, and so are ``aims``, the goals and requirements of a fit. ``lifetimes`` maps a
-    constraint's number to how long it stays stated (``.iv``). ``kept`` are the values that statements keep from
-    earlier times, in the order of these.
+    constraint's number to how long it stays stated (``.iv``). ``stored_values`` are the values that statements keep
+    from earlier times, in the order of these.
     """
 
     scene: Scene
     segments: tuple[Segment, ...]
     fps: Fraction
     lifetimes: dict[int, Fraction]
-    claims: tuple[HeldClaim, ...] = ()
-    aims: tuple[HeldClaim, ...] = ()
-    kept: tuple[Kept, ...] = ()
+    claims: tuple[TimedClaim, ...] = ()
+    aims: tuple[TimedClaim, ...] = ()
+    stored_values: tuple[StoredValue, ...] = ()
 
     @property
     def start(self) -> Fraction:
@@ -89,7 +89,7 @@ class Timeline:
         """The exact time of frame number ``frame`` (from 0)."""
         return self.start + frame / self.fps
 
-    def frames_under(self, held: HeldClaim) -> list[int]:
+    def frames_under(self, held: TimedClaim) -> list[int]:
         """The numbers of the frames in which a claim, a goal or a requirement holds."""
         return [frame for frame in range(self.frame_count) if held.covers(self.frame_time(frame))]
 

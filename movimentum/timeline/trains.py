@@ -37,7 +37,7 @@ from movimentum.expressions import (
     symbols,
 )
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import Bearing, Kept
+from movimentum.scene.leaves import Bearing, StoredValue
 from movimentum.scene.model import AnchorCoordinate, AnchorRef, Constraint, GearPair, Relation, Scene, Thing, ThingAngle
 from movimentum.scene.pairs import belt_radius, stated_belt_radius
 from movimentum.scene.values import from_line
@@ -136,7 +136,7 @@ class Trains:
             self._offsets[key] = self._belt_offset(pair, {**self._turned, **stated})
             self._gaps[key] = const(self._offsets[key])
         else:
-            self._gaps[key] = symbol(Kept(_with_turns(self._belt(pair, direction), stated), start))
+            self._gaps[key] = symbol(StoredValue(_with_turns(self._belt(pair, direction), stated), start))
             self._offsets.pop(key, None)
         self._directions[key] = direction
         return sub(self._belt(pair, direction), self._gaps[key])
@@ -153,7 +153,7 @@ class Trains:
                 for thing, factor in form.factors.items():
                     total = add(total, mul(ratio(factor), symbol(ThingAngle(thing))))
                 nearest = call("floor", add(div(_with_turns(total, stated), const(360.0)), const(0.5)))
-                self._gaps[key] = symbol(Kept(nearest, start))
+                self._gaps[key] = symbol(StoredValue(nearest, start))
         return self._gaps[key]
 
     def read(

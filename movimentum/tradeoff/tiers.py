@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from movimentum.drawing.options import PictureOptions, Quality
+from movimentum.drawing.picture_options import PictureOptions, Quality
 from movimentum.encoding.palette import Mapper, Samples, choose_palette
 from movimentum.expressions import Expr
 from movimentum.planning.lowering.equations import Equation, Form
@@ -24,17 +24,17 @@ from movimentum.rendering.painter import Painter, PaintSession, make_painter
 from movimentum.rendering.stream import PoseSource
 from movimentum.scene.model import Scene
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.draft import DraftMotion, drafted
-from movimentum.solver.accuracy.refinement import RefinedMotion, refined
+from movimentum.solver.accuracy.draft import DraftMotion, interpolated_motion
+from movimentum.solver.accuracy.refinement import RefinedMotion, refine
 from movimentum.solver.arithmetic.double_double import WideArithmetic
-from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
-from movimentum.solver.basis.effort import tightened
+from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered_nodes
+from movimentum.solver.basis.effort import tighten_steps
 from movimentum.solver.basis.instants import at_times
-from movimentum.solver.continuation.tracks import FlowTrack, NodeTrack
-from movimentum.solver.motion import AnyMotion, PathMotion
-from movimentum.solver.path.piece import Piece, evaluated
+from movimentum.solver.continuation.tracks import NodeTrack, OdeTrack
+from movimentum.solver.motion import MotionOfAnyAccuracy, PathMotion
+from movimentum.solver.path.piece import Piece, evaluate_piece
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.solver.solver import solve
 from movimentum.timeline.model import Timeline
 
@@ -100,7 +100,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     motion = solve(timeline)
     begin = timed(lambda: solve(timeline))
     progress(1, 6)
-    exact = refined(motion, Accuracy.EXACT, digits)
+    exact = refine(motion, Accuracy.EXACT, digits)
     exact_start = _first(exact, times)
     began = time.perf_counter()
     truth = exact.poses_at(times)
@@ -118,18 +118,18 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
         _farthest(scene, every.select(chosen), truth.select(slice(0, len(chosen)))),
     )
     tiers = [replace(standard, name="draft"), standard]
-    draft = drafted(motion)
+    draft = interpolated_motion(motion)
     if isinstance(draft, DraftMotion):
         tiers[0] = Tier(
             "draft",
-            begin + timed(lambda: drafted(motion)),
+            begin + timed(lambda: interpolated_motion(motion)),
             timed(lambda: draft.poses(0, many)) / many,
             _residual(draft.interpolated, times, WideArithmetic(), _as_floats(draft.interpolated)),
             max(_farthest(scene, every, draft.poses(0, many)), _farthest(scene, draft.poses_at(times), truth)),
             draft.error,
         )
     progress(4, 6)
-    high = refined(motion, Accuracy.HIGH)
+    high = refine(motion, Accuracy.HIGH)
     high_start = _first(high, times)
     some = min(many, 2048)
     better = high.poses_at(times)
@@ -146,7 +146,7 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
     residual = _residual(motion, times[:: max(1, len(times) // 12)], exact.arithmetic, _as_digits(exact))
     tiers.append(Tier("exact", begin + exact_start, exact_frame, residual, 0.0))
     progress(6, 6)
-    rough = tuple(exact.attained.rough)
+    rough = tuple(exact.attained.inexact)
     integration = _integration_error(timeline, motion, times)
     return SolverTrade(count, len(times), motion.size, digits, tuple(tiers), rough, integration)
 
@@ -154,9 +154,9 @@ def measure_tiers(timeline: Timeline, digits: int, progress: Callable[[int, int]
 def _integration_error(timeline: Timeline, motion: PathMotion, times: Sequence[Fraction]) -> float | None:
     """The largest distance (pixels) at ``times`` to a motion with far more accurate steps; None without any."""
     tracks = [t for s in motion.segments for piece in s.pieces if isinstance(piece, Piece) for t in piece.tracks]
-    if not any(isinstance(t, FlowTrack) or (isinstance(t, NodeTrack) and t.tolerance > 0.0) for t in tracks):
+    if not any(isinstance(t, OdeTrack) or (isinstance(t, NodeTrack) and t.tolerance > 0.0) for t in tracks):
         return None
-    with tightened(TIGHTER):
+    with tighten_steps(TIGHTER):
         better = solve(timeline)
     return _farthest(timeline.scene, motion.poses_at(times), better.poses_at(times))
 
@@ -179,7 +179,7 @@ def _farthest(scene: Scene, some: Poses, others: Poses) -> float:
     return worst
 
 
-def measure_rate(motion: AnyMotion, fps: Fraction) -> float:
+def measure_rate(motion: MotionOfAnyAccuracy, fps: Fraction) -> float:
     """How far the fastest anchor moves from one frame to the next at ``fps`` (pixels): what a lower rate loses."""
     timeline = motion.timeline
     count = min(int((timeline.end - timeline.start) * fps) + 1, TIMED_FRAMES)
@@ -203,7 +203,7 @@ def _as_floats(motion: PathMotion) -> Known:
     def known(number: int, piece: Piece, times: list[Fraction], arithmetic: Arithmetic) -> list[Number] | None:
         instants = at_times(piece.plan.clocks, motion.segments[number].segment.start, times)
         with np.errstate(all="ignore"):
-            floats, bad = evaluated(piece, instants)
+            floats, bad = evaluate_piece(piece, instants)
         if bad.any():
             return None
         return [None if value is None else arithmetic.floats(np.broadcast_to(value, len(times))) for value in floats]
@@ -241,14 +241,14 @@ def _by_piece(motion: PathMotion, times: Sequence[Fraction]) -> Iterator[tuple[i
     for number, segment_motion in enumerate(motion.segments):
         inside = [time for time in times if motion.timeline.segment_at(time) == number]
         for piece, end in _with_ends(segment_motion):
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 continue
             some = [t for t in inside if piece.begin <= float(t - segment_motion.segment.start) < end]
             if some:
                 yield number, piece, some
 
 
-def _with_ends(segment_motion: SegmentMotion) -> Iterator[tuple[Piece | Unsolved, float]]:
+def _with_ends(segment_motion: SegmentMotion) -> Iterator[tuple[Piece | UnsolvedInterval, float]]:
     begins = [piece.begin for piece in segment_motion.pieces[1:]]
     yield from zip(segment_motion.pieces, [*begins, float("inf")], strict=True)
 
@@ -275,7 +275,7 @@ def _of_state(
 
     worst = 0.0
     with np.errstate(all="ignore"):
-        values = evaluator.values(ordered(outputs), outputs, leaf)
+        values = evaluator.values(ordered_nodes(outputs), outputs, leaf)
         for row, value in zip(rows, values, strict=True):
             off = np.abs(evaluator.arithmetic.rounded(value))
             if _is_angle(row):  # angles agree modulo a turn

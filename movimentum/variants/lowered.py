@@ -17,7 +17,7 @@ from movimentum.scene.model import Relation
 from movimentum.source import SourceText
 from movimentum.syntax.expression_tree import Constant, Expression, Name, children, rebuilt
 from movimentum.text import counted, time_text
-from movimentum.timeline.model import HeldClaim, Timeline
+from movimentum.timeline.model import TimedClaim, Timeline
 from movimentum.tolerances import CLAIM_WITHIN
 from movimentum.variants.measures import (
     PLACE,
@@ -48,7 +48,7 @@ class LoweredMeasures:
     measures: MeasureSet
     inner: tuple[Expr | None, ...]
     outer: tuple[Expr, ...]
-    claims: tuple[tuple[HeldClaim, tuple[Expr, ...], tuple[Expr, ...]], ...]
+    claims: tuple[tuple[TimedClaim, tuple[Expr, ...], tuple[Expr, ...]], ...]
     timeline: Timeline
 
     @property
@@ -58,7 +58,7 @@ class LoweredMeasures:
         return (*(each for each in self.inner if each is not None), *sides)
 
     @property
-    def _claims_read(self) -> Sequence[tuple[HeldClaim, tuple[Expr, ...], tuple[Expr, ...]]]:
+    def _claims_read(self) -> Sequence[tuple[TimedClaim, tuple[Expr, ...], tuple[Expr, ...]]]:
         return self.claims if any(part.kind is Reduction.MARGIN for part in self.measures.parts) else ()
 
     def values(
@@ -99,20 +99,20 @@ class LoweredMeasures:
 
     def _margins(self, read: Sequence[FloatArray], size: FloatArray) -> FloatArray:
         """(claims, V) how far each claim is from failing, over the frames in which it holds; below 0 where it fails."""
-        from movimentum.analysis.diagnose.claims import off_by
+        from movimentum.analysis.diagnose.claims import claim_errors
 
         result: list[FloatArray] = []
         place = sum(each is not None for each in self.inner)
-        for held, left, right in self._claims_read:
+        for timed, left, right in self._claims_read:
             count = len(left) + len(right)
             values, place = read[place : place + count], place + count
-            claim = held.claim
-            inside = self.timeline.frames_under(held)
+            claim = timed.claim
+            inside = self.timeline.frames_under(timed)
             given = claim.tolerance
             allowed = np.zeros_like(size) if claim.relation is not Relation.EQUAL else CLAIM_WITHIN * size
             allowed = allowed if given is None else np.full_like(size, float(given))
             with np.errstate(all="ignore"):
-                room = allowed[:, None] - off_by(claim, values)
+                room = allowed[:, None] - claim_errors(claim, values)
             room = np.broadcast_to(room, (len(size), self.timeline.frame_count))[:, inside]
             result.append(np.min(room, axis=1) if room.shape[1] else np.full(len(size), np.nan))
         return np.array(result)
@@ -129,8 +129,8 @@ def lower_measures(
     inner = tuple(lowering.inner(part) for part in measures.parts)
     outer = tuple(lowering.outer(measure.outer, measure.text) for measure in measures.measures)
     claims = tuple(
-        (held, tuple(map(unfolding.unfolded, held.claim.left)), tuple(map(unfolding.unfolded, held.claim.right)))
-        for held in timeline.claims
+        (timed, tuple(map(unfolding.unfolded, timed.claim.left)), tuple(map(unfolding.unfolded, timed.claim.right)))
+        for timed in timeline.claims
     )
     return LoweredMeasures(measures, inner, outer, claims, timeline)
 

@@ -203,8 +203,8 @@ def _claim(text: str, inside: str) -> int | None:
 
 
 def reduced(kind: str, values: FloatArray) -> FloatArray:
-    """(V,) what ``kind`` (a word of `syntax.words.REDUCTIONS`, but not "at") makes of (V, F) values; nan where there is
-    none.
+    """(V,) what ``kind`` (a word of `syntax.vocabulary.REDUCTIONS`, but not "at") makes of (V, F) values; nan where
+    there is none.
     """
     known = np.isfinite(values)
     count = known.sum(axis=1)

@@ -83,19 +83,19 @@ def outcome_of(motion: PathMotion) -> tuple[VariantOutcome, float]:
     """
     from movimentum.analysis.diagnose.jumps import found_jumps
     from movimentum.analysis.diagnose.meshing import misplaced_gears
-    from movimentum.analysis.diagnose.verify import first_shortfall
+    from movimentum.analysis.diagnose.verify import first_unsolved_frame
 
     start = float(motion.timeline.start)
     for number, segment_motion in enumerate(motion.segments):
-        if segment_motion.troubles:
-            trouble = min(segment_motion.troubles, key=lambda item: item.begin)
-            first = number == 0 and trouble.kind is FailureKind.START and trouble.begin == 0.0
+        if segment_motion.failures:
+            failure = min(segment_motion.failures, key=lambda item: item.begin)
+            first = number == 0 and failure.kind is FailureKind.START and failure.begin == 0.0
             kind = VariantOutcome.UNASSEMBLED if first else VariantOutcome.BINDS
-            return kind, float(segment_motion.segment.start) + (trouble.begin if trouble.pole is None else trouble.pole)
+            return kind, float(segment_motion.segment.start) + (failure.begin if failure.pole is None else failure.pole)
     with np.errstate(all="ignore"):
         if next(iter(misplaced_gears(motion)), None) is not None:
             return VariantOutcome.UNASSEMBLED, start
-        missing = first_shortfall(motion)
+        missing = first_unsolved_frame(motion)
         if missing is not None:
             return VariantOutcome.BINDS, float(motion.timeline.frame_time(missing.frame))
         for number, segment_motion in enumerate(motion.segments):

@@ -21,6 +21,7 @@ from movimentum.cancellation import look
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.camera import camera, detail, inset_frame, inset_lines
 from movimentum.drawing.clips import clip_outline
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
@@ -35,7 +36,6 @@ from movimentum.drawing.model import (
     TextMark,
 )
 from movimentum.drawing.motion import paint_over, scale_over
-from movimentum.drawing.parts import FigurePart, MovingPart
 from movimentum.drawing.style import (
     ARROW_WIDTH,
     DOT_EDGE,

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from movimentum.arrays import FloatArray
-from movimentum.drawing.parts import FigurePart, MovingPart, PartForm, Point
+from movimentum.drawing.figure_outlines import FigurePart, MovingPart, PartForm, Point
 from movimentum.vector.film import FARTHEST
 from movimentum.vector.numbers import XmlElement, hex_color, joined, last_shown, short, texts
 

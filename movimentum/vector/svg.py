@@ -16,6 +16,7 @@ from movimentum.arrays import FloatArray
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.camera import camera, detail, inset_frame, inset_lines
 from movimentum.drawing.clips import clip_outline
+from movimentum.drawing.figure_outlines import MovingPart
 from movimentum.drawing.model import (
     BodyMark,
     DiscMark,
@@ -33,7 +34,6 @@ from movimentum.drawing.model import (
     ThingMark,
 )
 from movimentum.drawing.motion import link_points, paint_over, scale_over
-from movimentum.drawing.parts import MovingPart
 from movimentum.drawing.style import ARROW_WIDTH, DOT_EDGE, LONGEST, NOTE_HEIGHT, PAPER, UNITS
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.drawing.texts import written

@@ -24,14 +24,14 @@ from movimentum.workflow.stages import Solution, afterwards, arranged, judged, s
 from movimentum.workflow.ways import way_to
 
 if TYPE_CHECKING:
-    from movimentum.drawing.options import FreeMark, PictureOptions
+    from movimentum.drawing.picture_options import FreeMark, PictureOptions
     from movimentum.encoding.runs import Elsewhere
     from movimentum.encoding.write import WriteReport
     from movimentum.rendering.stream import PoseSource
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.timeline.model import Timeline
 
 
@@ -42,7 +42,7 @@ def animate(
     picture: Picture,
     progress: Progress,
     solution: Solution | None = None,
-    known: Known | None = None,
+    known: SolverCache | None = None,
     elsewhere: Elsewhere | None = None,
     most: int | None = None,
 ) -> Outcome:
@@ -52,7 +52,7 @@ def animate(
     ``elsewhere``: who draws, other than this machine; ``most``: bytes of the file, of which no more are written
     (`TooHeavy`).
     """
-    from movimentum.drawing.options import Show
+    from movimentum.drawing.picture_options import Show
     from movimentum.encoding.gif_notes import AREA, FIRST, HEAVY, RASTER, only_first
     from movimentum.encoding.write import check_output, format_of
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, whole_file
@@ -162,7 +162,7 @@ def natural_size(solution: Solution, picture: Picture) -> tuple[float, float]:
 
 def _is_ready(scene: Scene, options: PictureOptions) -> bool:
     """Whether a picture needs no other poses than its own."""
-    from movimentum.drawing.options import Show
+    from movimentum.drawing.picture_options import Show
     from movimentum.rendering.prepare import needs_film
 
     alone = not (options.traces or needs_film(scene))
@@ -173,7 +173,7 @@ def _on_backdrop(
     scene: Scene, poses: PoseSource, every: PoseSource, options: PictureOptions
 ) -> tuple[Scene, PoseSource, PoseSource, PictureOptions]:
     """The same with the grid and the axes that are asked for; the canvas does not become larger for them."""
-    from movimentum.drawing.options import Show
+    from movimentum.drawing.picture_options import Show
 
     if not options.show & {Show.GRID, Show.AXES}:
         return scene, poses, every, options
@@ -194,7 +194,7 @@ def _arranged(source: SourceText, choices: Choices, picture: Picture) -> Timelin
 
 def options_of(scene: Scene, picture: Picture, background: tuple[int, int, int] | None) -> PictureOptions:
     """The display list of a scene, with the user's choices."""
-    from movimentum.drawing.options import PictureOptions, Quality, Show, trace_anchors
+    from movimentum.drawing.picture_options import PictureOptions, Quality, Show, trace_anchors
 
     return PictureOptions(
         quality=Quality(picture.quality),
@@ -226,7 +226,7 @@ FREE_MOMENTS = 24
 def _free_marks(motion: PathMotion, times: Sequence[Fraction]) -> tuple[FreeMark, ...]:
     """Arrows for all free motions at ``times`` (ascending): one for each moving anchor, numbered by motion."""
     from movimentum.analysis.freedom.motions import free_motions_at
-    from movimentum.drawing.options import FreeMark
+    from movimentum.drawing.picture_options import FreeMark
 
     if len(times) > FREE_MOMENTS:
         times = [times[round(k * (len(times) - 1) / (FREE_MOMENTS - 1))] for k in range(FREE_MOMENTS)]

@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.remedies import other_pins
+from movimentum.analysis.diagnose.remedies import with_other_pins
 from movimentum.diagnostics import Fix, Severity
 from movimentum.errors import MovimentumError, script_error
 from movimentum.query import parsed_statement
 from movimentum.records import dataclass, replace
-from movimentum.scene.leaves import Kept
+from movimentum.scene.leaves import StoredValue
 from movimentum.scene.model import Constraint, ThingAngle, VariableComponent
 from movimentum.scene.text_edits import in_script, removed, turned_round, written_once
-from movimentum.solver.basis.effort import GivenUp
+from movimentum.solver.basis.effort import EffortExceeded
 from movimentum.solver.basis.pose_state import as_drawn
-from movimentum.solver.glimpse import glimpse, renumbered, shown_at
-from movimentum.solver.reuse import Known
+from movimentum.solver.preview import carried_to_scene, pose_at_rest, preview_pose
+from movimentum.solver.solver_cache import SolverCache
 from movimentum.source import Edit
 from movimentum.text import counted
 from movimentum.timeline.model import Timeline
@@ -104,13 +104,15 @@ class _MomentTrials:
 
     def __init__(self, inspector: Inspector, timeline: Timeline, segment: int) -> None:
         self.timeline, self.place, self.time = timeline, segment, inspector.time
-        self.known = Known()
-        self.kept: Mapping[Kept, float] = {}
+        self.known = SolverCache()
+        self.kept: Mapping[StoredValue, float] = {}
         scene = inspector.work.scene
         self.starts = [as_drawn(timeline.scene)]
         with suppress(MovimentumError):
-            self.kept = inspector.work.motion.kept
-            self.starts.insert(0, renumbered(shown_at(inspector.work.motion, self.time), scene, timeline.scene))
+            self.kept = inspector.work.motion.stored_values
+            self.starts.insert(
+                0, carried_to_scene(pose_at_rest(inspector.work.motion, self.time), scene, timeline.scene)
+            )
 
     def possible(self, active: Sequence[Constraint]) -> bool:
         """Whether there is a pose that satisfies these constraints, as far as a search from some poses shows."""
@@ -119,9 +121,9 @@ class _MomentTrials:
         timeline = replace(self.timeline, segments=(segment,))
         for start in self.starts:
             try:
-                if glimpse(timeline, self.time, start, self.known, kept=self.kept) is not None:
+                if preview_pose(timeline, self.time, start, self.known, stored_values=self.kept) is not None:
                     return True
-            except (MovimentumError, GivenUp, ArithmeticError, ValueError, np.linalg.LinAlgError):
+            except (MovimentumError, EffortExceeded, ArithmeticError, ValueError, np.linalg.LinAlgError):
                 continue
         return False
 
@@ -192,7 +194,7 @@ def _changes(inspector: Inspector) -> Iterator[Fix]:
         if out is not None and out not in seen:
             seen.add(out)
             yield Fix(f"line {line}: leave out `{text}`", (out,))
-    for pin in other_pins(scene, items, items):
+    for pin in with_other_pins(scene, items, items):
         line = scene.source.script.position(pin.edits[0].span.start).line
         yield Fix(f"line {line}: {pin.title}", pin.edits)
 

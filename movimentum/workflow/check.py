@@ -67,9 +67,9 @@ def check(
     try:
         source = read(path)
         timeline = arranged(understand(source, choices), choices)
-        from movimentum.solver.reuse import Known
+        from movimentum.solver.solver_cache import SolverCache
 
-        known = Known()
+        known = SolverCache()
         frames, duration = timeline.frame_count, float(timeline.end - timeline.start)
         solution = examined(timeline, choices, advice=Advice.FULL, path=moved(timeline, known))
     except UsageError:

@@ -31,7 +31,7 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
     Raises `ScriptError` for an unknown name, and (``curve/unknown``) where no equation was found, with the reason.
     """
     from movimentum.proving.balls import NoBall, as_float, over
-    from movimentum.proving.curve import Late, curve_of
+    from movimentum.proving.curve import OutOfTime, curve_of
     from movimentum.proving.film import lowered
     from movimentum.proving.intervals import chain_of
     from movimentum.proving.rings import TooMuch
@@ -67,7 +67,7 @@ def curve(source: SourceText, choices: Choices, anchor: str, seconds: float) -> 
             return curve_of(chain, x, y, here, end)
         except NoBall as special:
             reason, helps = special.reason, (draws,)
-        except Late as late:
+        except OutOfTime as late:
             reason = Advised(f"it takes more than {seconds:g} s; `", Choose.SECONDS.to(), "` gives more time")
             reason += f" ({late})" if str(late) else ""
             helps = (more,)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.solver.poses import Poses
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.syntax.expression_tree import Expression
     from movimentum.syntax.tree import ScriptTree
     from movimentum.timeline.model import Timeline
@@ -78,11 +78,11 @@ class Engine:
         self._examined: tuple[Items, Examination] | None = None
 
     @cached_property
-    def known(self) -> Known:
+    def known(self) -> SolverCache:
         """Motions and plans of the last texts (the solver is imported when there is something to solve)."""
-        from movimentum.solver.reuse import Known
+        from movimentum.solver.solver_cache import SolverCache
 
-        return Known()
+        return SolverCache()
 
     @property
     def newest(self) -> Revision | None:
@@ -108,28 +108,28 @@ class Engine:
         text they are not found again.
         """
         from movimentum.analysis.examine import examine
-        from movimentum.solver.basis.memory import remembering
+        from movimentum.solver.basis.block_memo import use_memo
 
         items = items_of(motion.timeline.scene.source)
         last = self._examined
         if last is not None and last[0].same_as(items):
             return shifted(last[1], last[0], items)
-        with remembering(self.known.memory):
+        with use_memo(self.known.memory):
             found = shifted(examine(motion, drawn=off_canvas), items, items)
         self._examined = items, found
         return found
 
-    def glimpse(self, timeline: Timeline, time: Fraction) -> Poses | None:
+    def preview(self, timeline: Timeline, time: Fraction) -> Poses | None:
         """The poses (F = 1) at ``time`` nearest to the motion last solved; None where the path has to be awaited."""
         from movimentum.solver.basis.pose_state import as_drawn
-        from movimentum.solver.glimpse import glimpse, renumbered, shown_at
+        from movimentum.solver.preview import carried_to_scene, pose_at_rest, preview_pose
 
         shown = self._shown
         scene = timeline.scene
         carry = as_drawn(scene)
         if shown is not None:
-            carry = renumbered(shown_at(shown, time), shown.timeline.scene, scene)
-        return glimpse(timeline, min(max(time, timeline.start), timeline.end), carry, self.known, shown)
+            carry = carried_to_scene(pose_at_rest(shown, time), shown.timeline.scene, scene)
+        return preview_pose(timeline, min(max(time, timeline.start), timeline.end), carry, self.known, shown)
 
 
 class Revision:
@@ -233,25 +233,25 @@ class Revision:
 
     def _advised(self, seconds: float) -> tuple[Diagnostic, ...]:
         from movimentum.analysis.examine import examine
-        from movimentum.solver.basis.memory import remembering
+        from movimentum.solver.basis.block_memo import use_memo
         from movimentum.workflow.fixes import with_fixes
 
         begun = time.thread_time()
         known = self.engine.known
         try:
             motion = self.motion
-            with remembering(known.memory):
+            with use_memo(known.memory):
                 found = (*self.scene.diagnostics, *examine(motion, advice=Advice.FULL, drawn=off_canvas).diagnostics)
         except MovimentumError as error:
             found = error.diagnostics
         took = time.thread_time() - begun
         return with_fixes(limited(found), self.source, self.engine.choices, took=took, seconds=seconds, known=known)
 
-    def glimpse(self, time: Fraction) -> Poses | None:
+    def preview(self, time: Fraction) -> Poses | None:
         """The poses (F = 1) at ``time`` before the path is known, all constraints satisfied; None where the path has to
         be awaited.
         """
-        return self.engine.glimpse(self.timeline, time)
+        return self.engine.preview(self.timeline, time)
 
     def expressions(self, text: str, step: int) -> tuple[Expr, ...]:
         """The components of the expression ``text``, as it is understood in step number ``step``.
@@ -306,7 +306,7 @@ class Revision:
         if stage is Stage.SCENE:
             return StageReport(self.number, stage, scene.diagnostics)
         if stage is Stage.BEGINNING:
-            poses = self.glimpse(timeline.start if time is None else time)
+            poses = self.preview(timeline.start if time is None else time)
             return StageReport(self.number, stage, scene.diagnostics, poses=poses)
         solved = self._solved
         if isinstance(solved, MovimentumError):

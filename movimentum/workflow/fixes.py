@@ -22,13 +22,13 @@ from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.errors import MovimentumError, UsageError
 from movimentum.records import dataclass, replace
 from movimentum.settings import Advice
-from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.effort import EffortExceeded, limit_effort
 from movimentum.source import Edit, SourceText, Span, edited, edited_place
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
 
 if TYPE_CHECKING:
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
 
 SECONDS = 5.0
 """The limit for all trials of one script, in the thread's processor time: what else the machine does has no influence.
@@ -63,7 +63,7 @@ def with_fixes(
     *,
     took: float = 0.0,
     seconds: float = SECONDS,
-    known: Known | None = None,
+    known: SolverCache | None = None,
 ) -> tuple[Diagnostic, ...]:
     """The diagnostics of a script with those of their fixes that work, and without the helps that are contradicted.
 
@@ -106,7 +106,7 @@ class _Trials:
     choices: Choices
     seconds: float
     deadline: float
-    known: Known | None
+    known: SolverCache | None
     left: int = EFFORT
     expected: float = 0.0
     cut_short: bool = False
@@ -122,9 +122,9 @@ class _Trials:
         if in_a_share:
             last = begun + max(SHARE * (self.deadline - begun), self.expected)
         try:
-            with limited(self.left) as left, cancellable(lambda: time.thread_time() > last):
+            with limit_effort(self.left) as left, cancellable(lambda: time.thread_time() > last):
                 found = diagnosed(after, self.choices, self.known, in_full=self._has_another_trouble(item))
-        except (GivenUp, ArithmeticError, ValueError):
+        except (EffortExceeded, ArithmeticError, ValueError):
             return Verdict.UNKNOWN
         except Cancelled:
             look()  # does anybody wait at all?
@@ -182,7 +182,7 @@ def _judged(item: Diagnostic, verdicts: Sequence[Verdict]) -> Diagnostic:
 
 
 def diagnosed(
-    source: SourceText, choices: Choices, known: Known | None = None, *, in_full: bool = True
+    source: SourceText, choices: Choices, known: SolverCache | None = None, *, in_full: bool = True
 ) -> tuple[Diagnostic, ...] | None:
     """Everything that `check` says about a script, nothing of it tried out; unless ``in_full``, None if there is no
     solution at some time, for finding out why takes longest.
@@ -190,7 +190,7 @@ def diagnosed(
     try:
         timeline = arranged(understand(source, choices), choices)
         path = moved(timeline, known)
-        if not in_full and any(segment_motion.troubles for segment_motion in path.segments):
+        if not in_full and any(segment_motion.failures for segment_motion in path.segments):
             return None
         return examined(timeline, choices, advice=Advice.PLAIN, path=path).diagnostics
     except UsageError:

@@ -12,7 +12,7 @@ from movimentum.records import dataclass
 from movimentum.workflow.choices import FrameChoice
 
 if TYPE_CHECKING:
-    from movimentum.solver.motion import AnyMotion
+    from movimentum.solver.motion import MotionOfAnyAccuracy
     from movimentum.solver.poses import Poses
     from movimentum.timeline.model import Timeline
 
@@ -42,7 +42,7 @@ class PoseChunks:
     ``skip`` leaves out frames without a solution. ``drawn``: with the numbers that pictures show.
     """
 
-    motion: AnyMotion
+    motion: MotionOfAnyAccuracy
     frames: range | tuple[Fraction, ...]
     skip: bool
     drawn: bool = False
@@ -53,9 +53,9 @@ class PoseChunks:
             some = self.frames[first : first + size]
             poses = self.motion.poses(some.start, some.stop) if isinstance(some, range) else self.motion.poses_at(some)
             if self.drawn and self.motion.timeline.scene.shows_numbers:
-                from movimentum.analysis.live import with_numbers
+                from movimentum.analysis.shown_numbers import with_shown_numbers
 
-                poses = with_numbers(self.motion, poses, None if isinstance(some, range) else some)
+                poses = with_shown_numbers(self.motion, poses, None if isinstance(some, range) else some)
             if self.skip and not poses.solved.all():
                 poses = poses.select(poses.solved.nonzero()[0])
             yield poses

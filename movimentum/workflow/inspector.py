@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from movimentum.solver.basis.pose_state import Snapshot
     from movimentum.solver.path.piece import Piece
     from movimentum.solver.poses import Poses
-    from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+    from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 
 
 LEAST_S = 0.5
@@ -105,16 +105,16 @@ class Inspector:
         """The part of the path that contains the instant, and how long after the segment's start the instant is;
         `NoSolutionError` where there is no solution.
         """
-        from movimentum.solver.segment_motion import Unsolved
+        from movimentum.solver.segment_motion import UnsolvedInterval
 
         piece, tau = self.part
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             message = "there is no solution at this moment"
             raise NoSolutionError([Diagnostic("solve/unreachable", Severity.ERROR, message)])
         return piece, tau
 
     @property
-    def part(self) -> tuple[Piece | Unsolved, float]:
+    def part(self) -> tuple[Piece | UnsolvedInterval, float]:
         """The same, also where there is no solution."""
         segment_motion = self.segment_motion
         tau = float(self.time - segment_motion.segment.start)
@@ -127,17 +127,17 @@ class Inspector:
     @property
     def standing(self) -> PoseKnown:
         """The kind of the poses at the instant."""
-        from movimentum.solver.segment_motion import Unsolved
+        from movimentum.solver.segment_motion import UnsolvedInterval
 
         part, _ = self.part
-        if not isinstance(part, Unsolved) and bool(self.poses().solved[0]):
+        if not isinstance(part, UnsolvedInterval) and bool(self.poses().solved[0]):
             return PoseKnown(solved=True)
         errors = (item.message for item in self.work.diagnostics if item.severity is Severity.ERROR)
         last: Fraction | None = None
         for segment_motion in self.work.motion.segments:
             start = segment_motion.segment.start
             for piece in segment_motion.pieces:
-                if start + Fraction(piece.begin) <= self.time and not isinstance(piece, Unsolved):
+                if start + Fraction(piece.begin) <= self.time and not isinstance(piece, UnsolvedInterval):
                     last = min(start + Fraction(piece.end), segment_motion.segment.end)
         return PoseKnown(solved=False, last=last, reason=next(errors, ""))
 
@@ -145,14 +145,14 @@ class Inspector:
         """The contradiction at the instant, as in the message about it; None if no set is known."""
         from movimentum.analysis.diagnose.conflict import conflict_of
 
-        begun = [t for t in self.segment_motion.troubles if t.selection is not None]
+        begun = [t for t in self.segment_motion.failures if t.selection is not None]
         found = next((t.selection.contradiction for t in begun if t.selection is not None), None)
         if found is None:
             return None
         conflict = conflict_of(found)
         source = self.work.scene.source
         items = {item.number: item for item in self.work.scene.constraints()}
-        rows = [(items[number].span, conflict.off.get(number)) for number in conflict.constraints]
+        rows = [(items[number].span, conflict.errors.get(number)) for number in conflict.constraints]
         return Contradicting(
             tuple((source.position(span.start).line, source.statement(span), off) for span, off in rows)
         )
@@ -248,10 +248,10 @@ class Inspector:
         where there is no pose, because they reject all.
         """
         from movimentum.analysis.interactive.all_solutions import alternatives
-        from movimentum.solver.segment_motion import Unsolved
+        from movimentum.solver.segment_motion import UnsolvedInterval
 
         part, tau = self.part
-        piece = None if isinstance(part, Unsolved) else part
+        piece = None if isinstance(part, UnsolvedInterval) else part
         found = alternatives(self.segment_motion, piece, tau)
         if piece is None and not any(each.rejected for each in found):
             _ = self.piece  # says that there is none
@@ -265,7 +265,7 @@ class Inspector:
 
     def poses_of(self, snapshots: Sequence[Snapshot]) -> Poses:
         """The scene in each of ``snapshots``, as the poses of so many frames."""
-        from movimentum.analysis.live import with_numbers
+        from movimentum.analysis.shown_numbers import with_shown_numbers
 
         count = len(snapshots)
         poses = self.poses().select(np.zeros(count, dtype=np.int64))
@@ -279,7 +279,7 @@ class Inspector:
             angle=places[:, :, 4].copy(),
             solved=np.ones(count, dtype=np.bool_),
         )
-        return with_numbers(self.work.motion, made, [self.time] * count)
+        return with_shown_numbers(self.work.motion, made, [self.time] * count)
 
 
 _ABOVE = {Comparison.ABOVE, Comparison.AT_LEAST}

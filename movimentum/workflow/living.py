@@ -16,13 +16,13 @@ from movimentum.records import replace
 from movimentum.terminal import typed
 from movimentum.tolerances import NEARBY_POSITION, POSES_AGREE
 from movimentum.workflow.animate import ground_color, options_of
-from movimentum.workflow.cannot_live import built, cannot, no_program, refuse_changing, refuse_drawn, useless
 from movimentum.workflow.choices import Choices, Outcome, Picture
 from movimentum.workflow.equations import distinguishable, stages_of
+from movimentum.workflow.live_limits import built, cannot, no_program, refuse_changing, refuse_film_drawings, useless
 from movimentum.workflow.stages import Solution, arranged, moved, solved, understand
 
 if TYPE_CHECKING:
-    from movimentum.drawing.options import PictureOptions
+    from movimentum.drawing.picture_options import PictureOptions
     from movimentum.expressions import Expr
     from movimentum.living.page import Figure, Slider
     from movimentum.living.scene import LiveScene
@@ -77,7 +77,7 @@ def living_figure(
     source: SourceText, names: Sequence[str], choices: Choices, picture: Picture
 ) -> tuple[Figure, tuple[Diagnostic, ...]]:
     """The figure, and what is to be said of it."""
-    from movimentum.drawing.options import Show
+    from movimentum.drawing.picture_options import Show
 
     if Show.FREE in picture.show:
         raise usage_error("usage/live", "a living figure shows no free motions", Choose.SHOW.to("names,anchors"))
@@ -85,7 +85,7 @@ def living_figure(
     sliders = tuple(_sliders(plain, names))
     kept = _distinguished(source, choices, plain, sliders)
     scene = understand(source, kept, picture.max_pixels)
-    refuse_drawn(scene)
+    refuse_film_drawings(scene)
     solution = solved(arranged(scene, kept), kept)
     figure = _figure(source, scene, solution, sliders, picture)
     for slider in sliders:
@@ -104,8 +104,8 @@ def _figure(
     from movimentum.living.scene import LiveScene, live_drawing, live_poses, lost
     from movimentum.rendering.stream import concatenate
     from movimentum.vector.film import Film
-    from movimentum.workflow.cannot_live import conditions
     from movimentum.workflow.frames import PoseChunks
+    from movimentum.workflow.live_limits import conditions
 
     motion, timeline = solution.motion.path, solution.motion.timeline
     count = timeline.frame_count

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from movimentum.scene.model import Scene
     from movimentum.solver.motion import PathMotion
     from movimentum.source import SourceText
-    from movimentum.timeline.model import HeldClaim
+    from movimentum.timeline.model import TimedClaim
     from movimentum.workflow.inspector import Inspector
 
 LITTLE = 300_000
@@ -86,9 +86,9 @@ def proof(asked: Inspector, text: str, seconds: float) -> Judgement | None:
     stated = ClaimStatement(statement.left, statement.comparison, statement.right, span=statement.span)
     timeline = rebuilding(asked.work.source, asked.work.engine.choices)((asked.step, stated))
     claims = [item for item in timeline.scene.steps[asked.step].claims if isinstance(item, Claim)]
-    held = [item for item in timeline.claims if claims and item.claim.number == claims[-1].number]
+    timed = [item for item in timeline.claims if claims and item.claim.number == claims[-1].number]
     end = time.process_time() + seconds
-    return next(_judgements(asked.work.motion, {}, end, None, held), None)
+    return next(_judgements(asked.work.motion, {}, end, None, timed), None)
 
 
 def verdicts(motion: PathMotion) -> dict[int, Judgement]:
@@ -97,10 +97,10 @@ def verdicts(motion: PathMotion) -> dict[int, Judgement]:
 
     broken = breaks(motion, None)
     prover = Prover(motion, most=LITTLE)
-    return {one.held.claim.number: one for one in prover.judgements(broken, lambda work: work())}
+    return {one.timed_claim.claim.number: one for one in prover.judgements(broken, lambda work: work())}
 
 
-def breaks(motion: PathMotion, claims: Sequence[HeldClaim] | None) -> dict[int, tuple[float, float]]:
+def breaks(motion: PathMotion, claims: Sequence[TimedClaim] | None) -> dict[int, tuple[float, float]]:
     """The claims (all, or these) that a film breaks, by number: when they are off most, and by how much."""
     from movimentum.analysis.diagnose.claims import broken_claims
 
@@ -116,7 +116,7 @@ def _judgements(
     given: dict[Hashable, Fraction],
     end: float,
     accelerated: bool | None,
-    claims: Sequence[HeldClaim] | None = None,
+    claims: Sequence[TimedClaim] | None = None,
 ) -> Iterator[Judgement]:
     from movimentum.analysis.interactive.deadline import within
     from movimentum.proving.prove import Prover

@@ -15,7 +15,7 @@ from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.errors import ScriptError
 from movimentum.output.files import unwritable
 from movimentum.records import dataclass, replace
-from movimentum.solver.reuse import Known
+from movimentum.solver.solver_cache import SolverCache
 from movimentum.source import SourceText
 from movimentum.terminal import typed
 from movimentum.workflow.animate import TooHeavy, animate, natural_size
@@ -43,7 +43,7 @@ def publish(
     picture: Picture,
     progress: Progress,
     solution: Solution | None = None,
-    known: Known | None = None,
+    known: SolverCache | None = None,
     elsewhere: Elsewhere | None = None,
     *,
     by_place: bool = False,
@@ -52,7 +52,7 @@ def publish(
     the format that the place takes best. What ``picture`` and ``choices`` ask for is done, and told where the place
     does not take it.
     """
-    known = known or Known()
+    known = known or SolverCache()
     if solution is None:
         # what is too large as it is may be small enough for the place
         timeline = arranged(understand(source, choices, sys.maxsize), replace(choices, fps=None))
@@ -73,7 +73,7 @@ class _Publishing:
     picture: Picture
     progress: Progress
     solution: Solution
-    known: Known
+    known: SolverCache
     elsewhere: Elsewhere | None
 
     def outcome(self) -> Outcome:

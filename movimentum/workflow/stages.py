@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from movimentum.scene.cutting import CutJob, CutProfile
     from movimentum.scene.expansion.product import NamedConstant
     from movimentum.scene.model import Scene
-    from movimentum.solver.motion import AnyMotion, PathMotion
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.motion import MotionOfAnyAccuracy, PathMotion
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.source import SourceText
     from movimentum.syntax.tree import ClaimStatement, ScriptTree, Statement
     from movimentum.timeline.model import Timeline
@@ -125,7 +125,7 @@ def arranged(scene: Scene, choices: Choices) -> Timeline:
         return arrange(scene, fps=choices.fps, max_frames=choices.max_frames)
 
 
-def moved(timeline: Timeline, known: Known | None = None, *, resumes: bool = True) -> PathMotion:
+def moved(timeline: Timeline, known: SolverCache | None = None, *, resumes: bool = True) -> PathMotion:
     """The motion, as far as there is one; `ScriptError` for a derivative that nothing tells. What is ``known`` from
     other timelines is not solved again. Unless it ``resumes``, nothing is looked for behind the first failure.
     """
@@ -149,7 +149,7 @@ class Solution:
     solution at some time).
     """
 
-    motion: AnyMotion
+    motion: MotionOfAnyAccuracy
     diagnostics: tuple[Diagnostic, ...]
     steps: Sequence[StepReport]
     fault: int
@@ -165,23 +165,23 @@ def examined(
 
     before = timeline.scene.diagnostics
     path = moved(timeline) if path is None else path
-    motion: AnyMotion = path
+    motion: MotionOfAnyAccuracy = path
     examined_path, every_frame = path, True
     if choices.accuracy is Accuracy.DRAFT:
-        from movimentum.solver.accuracy.draft import DraftMotion, drafted
+        from movimentum.solver.accuracy.draft import DraftMotion, interpolated_motion
 
-        motion = drafted(path)
+        motion = interpolated_motion(path)
         if isinstance(motion, DraftMotion):  # it reports its own error
             examined_path, every_frame = motion.interpolated, False
     examination = examine(examined_path, every_frame=every_frame, advice=advice, drawn=off_canvas)
     found, warned = judged((*before, *_lettering(timeline.scene), *examination.diagnostics), choices)
     fault = examination.fault or (1 if warned else 0)
     if examination.doubted:
-        motion = path = replace(path, doubted=True)
+        motion = path = replace(path, uncertain=True)
     if choices.accuracy in (Accuracy.HIGH, Accuracy.EXACT):
-        from movimentum.solver.accuracy.refinement import refined
+        from movimentum.solver.accuracy.refinement import refine
 
-        motion = refined(path, choices.accuracy, choices.digits)
+        motion = refine(path, choices.accuracy, choices.digits)
     return Solution(motion, found, examination.steps, fault)
 
 
@@ -203,7 +203,7 @@ def _lettering(scene: Scene) -> tuple[Diagnostic, ...]:
     return tuple(real(item, scene.source) for item in lettering(labels))
 
 
-def solved(timeline: Timeline, choices: Choices, known: Known | None = None) -> Solution:
+def solved(timeline: Timeline, choices: Choices, known: SolverCache | None = None) -> Solution:
     """The motion, if ``on_failure`` accepts it; otherwise `ScriptError` or `NoSolutionError` with all diagnostics.
     ``known``: see `moved`.
     """

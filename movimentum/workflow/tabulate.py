@@ -31,7 +31,7 @@ def tabulate(
 
     Raises `UsageError` for more digits than ``choices`` allow (``limit/digits``), before anything is read.
     """
-    from movimentum.analysis.diagnose.undetermined import CODE, never_valued
+    from movimentum.analysis.diagnose.undetermined import CODE, variables_never_valued
     from movimentum.interop import tables
     from movimentum.output.files import refuse_overwriting, refuse_unwritable, standard_output, whole_file
 
@@ -48,7 +48,7 @@ def tabulate(
     start, stop = chosen_frames(timeline, frames)
     solution = solution or solved(timeline, choices)
     motion = solution.motion
-    without = never_valued(motion.path)
+    without = variables_never_valued(motion.path)
 
     def chunks() -> Iterator[Poses]:
         for poses in PoseChunks(motion, range(start, stop), choices.on_failure is FailurePolicy.SKIP):

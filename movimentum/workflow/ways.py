@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from movimentum.workflow.choices import Picture, Progress
 
 if TYPE_CHECKING:
-    from movimentum.drawing.options import PictureOptions
+    from movimentum.drawing.picture_options import PictureOptions
     from movimentum.encoding.runs import Elsewhere
     from movimentum.encoding.write import OutputFormat, WriteReport
     from movimentum.rendering.stream import PoseSource

@@ -267,7 +267,7 @@ def test_a_newton_block_binds_where_it_folds():
     assert "newton" in {method_of(b) for b in motion.segments[0].plan.blocks}
     assert examination.fault == 3
     assert examination.diagnostics[0].code == "solve/unreachable"
-    binds = min(t.begin for t in motion.segments[0].troubles)
+    binds = min(t.begin for t in motion.segments[0].failures)
     print(f"binds at {binds:.12f}, expected 0.5")
     assert abs(binds - 0.5) < 1e-9 * 4
 

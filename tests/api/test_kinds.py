@@ -24,7 +24,7 @@ from movimentum.advice import Advised, Choose, ScriptCommand
 from movimentum.api.arguments import _SPARING, QualityWord, ShowWord, in_python
 from movimentum.cli.app import commands
 from movimentum.diagnostics import Diagnostic
-from movimentum.drawing.options import Quality, Show
+from movimentum.drawing.picture_options import Quality, Show
 from movimentum.settings import AccuracyWord, FailureWord
 from tests.broad import broad
 

@@ -18,7 +18,7 @@ from movimentum import budget
 from movimentum.cli.app import run_command_line
 from movimentum.console import guarded
 from movimentum.output.files import whole_file
-from movimentum.output.parts import has_parts
+from movimentum.output.partial_files import has_parts
 from movimentum.signals import Terminated
 from tests.broad import broad
 from tests.command import CRANK, LONG, command, environment, movimentum
@@ -144,7 +144,7 @@ def test_a_dropped_signal_is_raised_again(number: signal.Signals, capsys: pytest
 
 def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from movimentum.console import Console
-    from movimentum.output import parts
+    from movimentum.output import partial_files
 
     def short_of_memory(*_: str) -> None:
         monkeypatch.undo()
@@ -153,7 +153,7 @@ def test_two_signals_in_a_row_leave_no_half_file(tmp_path: Path, monkeypatch: py
     def work() -> int:
         with whole_file(tmp_path / "out.gif") as part:
             part.write_text("half")
-            monkeypatch.setattr(parts, "discard", short_of_memory)
+            monkeypatch.setattr(partial_files, "discard", short_of_memory)
             raise Terminated(15)
 
     assert guarded(work, Console(quiet=True)) in (1, 143)

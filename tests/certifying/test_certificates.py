@@ -14,7 +14,7 @@ from movimentum.certifying.bounds import BoundVerdict
 from movimentum.certifying.certificate import Certificate, certificate
 from movimentum.certifying.wording import as_data, certificate_diagnostics
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.refinement import refined
+from movimentum.solver.accuracy.refinement import refine
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
@@ -119,7 +119,7 @@ def test_films_of_the_gallery_are_as_exact_as_is_said(name: str) -> None:
     found = certificate(motion)
     assert found.complete
     assert {bound.verdict for bound in found.bounds} <= {BoundVerdict.PROVED}
-    exact = refined(motion, Accuracy.EXACT, 30).poses(0, motion.timeline.frame_count)
+    exact = refine(motion, Accuracy.EXACT, 30).poses(0, motion.timeline.frame_count)
     shown = motion.poses(0, motion.timeline.frame_count)
     for thing in motion.timeline.scene.things:
         for anchor in thing.anchors:

@@ -103,7 +103,7 @@ L : drive(100);
 R : drive(300);
 """
     things = {thing.name: thing for thing in mv.loads(script).solve().timeline.scene.things}
-    assert things["L.Cam"].own.outline.drawn == things["R.Cam"].own.outline.drawn
+    assert things["L.Cam"].own.outline.polyline == things["R.Cam"].own.outline.polyline
 
 
 def test_its_points_are_a_table_that_can_be_read_again(tmp_path: Path) -> None:

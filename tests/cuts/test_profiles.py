@@ -141,7 +141,7 @@ Hull  : .cut Apex .in House .outer;
     z = 18.0 * np.exp(3j * turn) + 105.0 * np.exp(1j * turn)
     rate = 54.0j * np.exp(3j * turn) + 105.0j * np.exp(1j * turn)
     outside = z - 10.0j * rate / abs(rate)
-    drawn = np.array(motion.timeline.scene.things[2].own.outline.drawn) @ [1.0, 1.0j]
+    drawn = np.array(motion.timeline.scene.things[2].own.outline.polyline) @ [1.0, 1.0j]
     assert np.abs(outside[:, None] - drawn).min(axis=1).max() < 2.0  # no part is missing
 
 
@@ -231,4 +231,4 @@ def test_frames_do_not_matter() -> None:
         mv.loads(cam(3).replace("config(90", f"config({fps}") + "@4").solve().timeline.scene.things[2].own.outline
         for fps in (1, 7)
     ]
-    assert outlines[0].drawn == outlines[1].drawn
+    assert outlines[0].polyline == outlines[1].polyline

@@ -11,7 +11,7 @@ import pytest
 
 from movimentum.outlines.envelope import ToolPoses
 from movimentum.outlines.lines import there_and_back
-from movimentum.solver.undercut import farther, fitting_radius
+from movimentum.solver.undercut import fitting_radius, required_offset
 from movimentum.tolerances import CUT_WOULD_DO
 from tests.outlines.test_envelopes import course
 
@@ -99,8 +99,8 @@ def test_a_face_must_be_as_much_farther_as_its_support_function_lacks(scale, swa
     outline = there_and_back(ends)
     tool = SimpleNamespace(kind=SimpleNamespace(word="bar"), anchors=[SimpleNamespace(local=end) for end in ends])
     film = film_of(way, 700)
-    assert farther(way, film, tool, outline) == pytest.approx(0.6 * scale, rel=1e-5)
+    assert required_offset(way, film, tool, outline) == pytest.approx(0.6 * scale, rel=1e-5)
     plate = SimpleNamespace(kind=SimpleNamespace(word="plate"), anchors=tool.anchors)
-    assert farther(way, film, plate, outline) is None
+    assert required_offset(way, film, plate, outline) is None
     e = 0.1  # 1 - 0.8 cos 3a: nothing is lacking
-    assert farther(way, film_of(way, 700), tool, outline) is None
+    assert required_offset(way, film_of(way, 700), tool, outline) is None

@@ -14,7 +14,7 @@ import movimentum as mv
 from movimentum.drawing import free_places
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import SymbolMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.whole_film import settled
 from tests.command import movimentum

@@ -13,9 +13,9 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
+from movimentum.analysis.shown_numbers import with_shown_numbers
 from movimentum.drawing.camera import _outer, camera  # pyright: ignore[reportPrivateUsage]
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.errors import ScriptError
 from movimentum.geometry import View
 from movimentum.rendering.painter import make_painter
@@ -35,7 +35,7 @@ Note : .label('still') at = [20,270];
 def _looks(steps: str, fps: int = 20) -> tuple[np.ndarray, np.ndarray]:
     """(F,) times, and what world points [0,0] and [1,0] become: (F, 3) zoom, x, y."""
     motion = mv.loads(f".config({fps},400,300); Spot : .disc(6) C = [0,0]; {steps}").solve().solution.motion
-    chunk = with_numbers(motion, motion.poses(0, motion.timeline.frame_count))
+    chunk = with_shown_numbers(motion, motion.poses(0, motion.timeline.frame_count))
     look = camera(chunk, View(0.0, 0.0, 400, 300, 1.0))
     assert look is not None
     return chunk.times, look

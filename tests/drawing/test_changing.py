@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
-from movimentum.drawing.options import PictureOptions
+from movimentum.analysis.shown_numbers import with_shown_numbers
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.slots import _assigned, _merged
 from movimentum.rendering.prepare import prepare_drawing
 
@@ -56,7 +56,7 @@ def test_every_order_of_layers_has_its_places() -> None:
 def test_a_pen_lifts_at_the_instant(condition: str, down: list[tuple[float, float]]) -> None:
     motion = mv.loads(f".config(5, 200, 200);\n{ARM}Ink : .trace Arm.P .while({condition});\n{TURNS}\n@2").solve()
     made = motion.solution.motion
-    poses = with_numbers(made, made.poses(0, motion.timeline.frame_count))
+    poses = with_shown_numbers(made, made.poses(0, motion.timeline.frame_count))
     path = prepare_drawing(motion.timeline.scene, poses, PictureOptions(motion=made.path)).traces[0].path
     shown = path[:, 2] > 0.0
     edges = np.flatnonzero(np.diff(shown.astype(int), prepend=0, append=0))

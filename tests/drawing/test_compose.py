@@ -11,6 +11,7 @@ import pytest
 
 from movimentum.drawing.arrows import arrow_parts
 from movimentum.drawing.compose import compose
+from movimentum.drawing.figure_outlines import PartForm
 from movimentum.drawing.model import (
     DiscMark,
     FigureMark,
@@ -23,8 +24,7 @@ from movimentum.drawing.model import (
     TextMark,
 )
 from movimentum.drawing.motion import paint_at, paint_over
-from movimentum.drawing.options import FreeMark, PictureOptions, Show
-from movimentum.drawing.parts import PartForm
+from movimentum.drawing.picture_options import FreeMark, PictureOptions, Show
 from movimentum.scene.model import AnchorRef
 from tests.command import ROOT
 from tests.rendering.scenes import poses

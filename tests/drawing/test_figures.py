@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
+from movimentum.analysis.shown_numbers import with_shown_numbers
 from movimentum.drawing.compose import compose
 from movimentum.drawing.gears import gear_outline, rack_outline
 from movimentum.drawing.model import FigureMark, SymbolMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing
 
@@ -20,7 +20,7 @@ from movimentum.rendering.prepare import prepare_drawing
 def solved(text):
     motion = mv.loads(text).solve()
     whole = motion.solution.motion
-    return whole.timeline.scene, with_numbers(whole, motion.poses())
+    return whole.timeline.scene, with_shown_numbers(whole, motion.poses())
 
 
 def symbol(scene, poses, shape):

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
+from movimentum.analysis.shown_numbers import with_shown_numbers
 from movimentum.drawing.compose import compose
 from movimentum.drawing.graph_curves import curves_of
 from movimentum.drawing.graphs import thinned
 from movimentum.drawing.model import FigureMark, GraphMark, SymbolMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.symbols import moving_parts
 from movimentum.rendering.prepare import prepare_drawing
 from movimentum.things.kinds.graph import GRAPH
@@ -39,7 +39,7 @@ def is_dot(mark: object) -> bool:
 def curves(text: str) -> list[np.ndarray]:
     whole = mv.loads(text).solve().solution.motion
     scene = whole.timeline.scene
-    poses = with_numbers(whole, whole.poses(0, whole.timeline.frame_count))
+    poses = with_shown_numbers(whole, whole.poses(0, whole.timeline.frame_count))
     (mark,) = (mark for mark in compose(scene, PictureOptions()).things if isinstance(mark, GraphMark))
     return curves_of(mark, scene, [poses], whole.path)
 
@@ -168,7 +168,7 @@ def test_only_the_dots_of_a_graph_are_drawn_anew() -> None:
         " @0 C.A=[80,80]; C.angle=90*.t; @4 .loop;"
     )
     motion = mv.loads(text).solve().solution.motion
-    poses = with_numbers(motion, motion.poses(0, 40))
+    poses = with_shown_numbers(motion, motion.poses(0, 40))
     prepared = prepare_drawing(motion.timeline.scene, poses, PictureOptions(motion=motion.path))
     changing = [type(item.mark).__name__ for item in prepared.things if np.ptp(item.state(poses), axis=0).any()]
     assert changing == ["FigureMark", "SymbolMark", "SymbolMark"]  # the crank, the dots

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.rendering.prepare import Trace, prepare_drawing
 from tests.broad import broad
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import inflection_circle, place_of, pole_of
+from movimentum.analysis.shown_numbers import inflection_circle, place_of, pole_of
 from movimentum.drawing.compose import compose
 from movimentum.drawing.model import FigureMark, PolodeMark, SymbolMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.polodes import polode
 from movimentum.drawing.symbols import caption, moving_parts
 from movimentum.rendering.prepare import prepare_drawing

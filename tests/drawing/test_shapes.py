@@ -13,10 +13,10 @@ from scipy.interpolate import BPoly, CubicHermiteSpline
 from movimentum.drawing.areas import _bulging, _smooth, area, area_outline
 from movimentum.drawing.beziers import bezier
 from movimentum.drawing.cords import course
-from movimentum.drawing.laid import columns, frame, laid, line, placed, stroke
+from movimentum.drawing.figure_outlines import FigurePart, PartForm
+from movimentum.drawing.line_frames import columns, frame, in_line_frame, line, placed, stroke
 from movimentum.drawing.model import DiscMark, Paint, SymbolMark
 from movimentum.drawing.outlines import body_outline
-from movimentum.drawing.parts import FigurePart, PartForm
 from movimentum.drawing.poles import centre, inflection, pole_place, velocity, velocity_tip
 from movimentum.drawing.skeletons import _tint
 from movimentum.scene.shown import CIRCLE, POLE, value_name
@@ -42,9 +42,9 @@ def test_places_along_and_beside_a_line_are_those_of_a_turned_frame(scale):
     x, y = scale * random.normal(size=(2, 8, 5))
     begin = points[:, 0] @ np.array([1.0, 1j])
     truth = begin[:, None] + (z / np.abs(z))[:, None] * (x + 1j * y)
-    assert laid(points, x, y) @ np.array([1.0, 1j]) == pytest.approx(truth, abs=1e-11 * scale)
+    assert in_line_frame(points, x, y) @ np.array([1.0, 1j]) == pytest.approx(truth, abs=1e-11 * scale)
     assert line(points, 8, (0.0, 0.0), (length, 2.0)) == pytest.approx(
-        laid(points, columns(8, 0.0, length), columns(8, 0.0, 2.0))
+        in_line_frame(points, columns(8, 0.0, length), columns(8, 0.0, 2.0))
     )
     still = frame(np.zeros((2, 2, 2)))
     assert still[0].tolist() == [[1.0, 0.0]] * 2

@@ -11,11 +11,11 @@ from movimentum.editing.about import NO_FACTS, about, renamed
 from movimentum.editing.completion import proposals
 from movimentum.editing.marks import entries, folds, marks
 from movimentum.editing.project import Project
-from movimentum.editing.words import FUNCTION_HELP, KIND_HELP, OPTION_HELP
+from movimentum.editing.word_help import FUNCTION_HELP, KIND_HELP, OPTION_HELP
 from movimentum.errors import MovimentumError, ScriptError
 from movimentum.source import SourceText, edited
 from movimentum.syntax.parser import parse
-from movimentum.syntax.words import FUNCTIONS
+from movimentum.syntax.vocabulary import FUNCTIONS
 from movimentum.things.registry import KINDS
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import understand

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.encoding.gif import SEEN
 from movimentum.encoding.palette import CLOSE, Samples, choose_palette, packed
 from movimentum.encoding.write import write_animation

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 import movimentum as mv
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.encoding.palette import Mapper, Samples, choose_palette
 from movimentum.encoding.tints import tints
 from movimentum.encoding.write import check_output, write_animation

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.encoding import runs, write
 from movimentum.encoding.pieces import Coder
 from movimentum.encoding.write import check_output, write_animation

@@ -67,7 +67,7 @@ def _same_as_fresh(path: Path, text: str, seed: int, count: int) -> None:
             source = SourceText(str(path), after)
             revision = engine.revise(source)
             if chance.random() < 0.3 and revision.moves:
-                revision.glimpse(Fraction(chance.randrange(20), 10))
+                revision.preview(Fraction(chance.randrange(20), 10))
             assert answer(revision) == answer(Engine().revise(source)), (number, after)
 
 
@@ -165,7 +165,7 @@ def test_another_number_plans_no_more_than_a_restatement() -> None:
 def test_who_asks_for_one_more_value_has_nothing_followed_again(
     name: str, asked: str, more: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    followed = _counting(monkeypatch, "movimentum.solver.kinds.newton", "trace", "drift")
+    followed = _counting(monkeypatch, "movimentum.solver.kinds.newton", "trace_path", "drift")
     path = ROOT / "scripts" / f"{name}.mov"
     text = path.read_text(encoding="utf-8")
     engine = Engine()
@@ -188,8 +188,8 @@ def test_who_asks_for_one_more_value_has_nothing_followed_again(
     fast=("four-bar", "geneva-slots"),
 )
 def test_another_inequality_leaves_the_equations_as_they_were(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = _counting(monkeypatch, "movimentum.solver.reuse", "structure_of")
-    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "scattered_starts")
+    made = _counting(monkeypatch, "movimentum.solver.solver_cache", "structure_of")
+    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "random_starts")
     path = ROOT / "scripts" / f"{name}.mov"
     text = path.read_text(encoding="utf-8")
     thing = next(thing.name for thing in Engine().revise(SourceText(str(path), text)).scene.things if thing.is_body)
@@ -239,10 +239,10 @@ def test_the_first_picture_looks_for_no_pose_but_the_one_next_to_it(monkeypatch:
     text = path.read_text(encoding="utf-8")
     engine = Engine()
     engine.revise(SourceText(str(path), text)).motion  # noqa: B018
-    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "scattered_starts")
+    searched = _counting(monkeypatch, "movimentum.solver.solutions.newton_starts", "random_starts")
     after = engine.revise(SourceText(str(path), text.replace("= -180*.t;", "= -181*.t;")))
     assert after.source.text != text
-    shown = after.glimpse(Fraction(1, 2))
+    shown = after.preview(Fraction(1, 2))
     assert not searched
     assert shown is not None
     exact = after.motion.poses_at([Fraction(1, 2)])
@@ -333,17 +333,17 @@ def test_work_in_another_thread_ends_soon(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_film_rendered_again_has_the_same_bytes(tmp_path: Path) -> None:
     """As `run --watch` renders it: with what the text before has left."""
-    from movimentum.solver.reuse import Known
+    from movimentum.solver.solver_cache import SolverCache
     from movimentum.workflow.animate import animate
     from movimentum.workflow.choices import Choices, Picture
 
-    def rendered(name: str, text: str, known: Known | None) -> bytes:
+    def rendered(name: str, text: str, known: SolverCache | None) -> bytes:
         target = tmp_path / f"{name}.gif"
         source = SourceText(str(tmp_path / "x.mov"), text)
         animate(source, target, Choices(), Picture(workers=1), lambda _done, _of: None, known=known)
         return target.read_bytes()
 
-    known = Known()
+    known = SolverCache()
     rendered("first", STEPS, known)
     recolored = STEPS.replace(": .bar O", ": .bar .color('red') O").replace("20*(.t)", "21*(.t)")
     again = rendered("again", recolored, known)

@@ -35,7 +35,7 @@ def _blocks_solved(text: str, monkeypatch: pytest.MonkeyPatch) -> int:
     with monkeypatch.context() as patch:
         solved = _counting(patch, "movimentum.solver.kinds.kernels", "begin")
         motion = Engine().revise(SourceText("x.mov", text)).motion
-        assert any(segment.troubles for segment in motion.segments)
+        assert any(segment.failures for segment in motion.segments)
     return solved["begin"]
 
 
@@ -47,7 +47,7 @@ def test_where_one_linkage_cannot_close_the_others_are_not_searched_again(monkey
 
 
 def test_an_edit_of_one_part_makes_one_run_of_blocks_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    written = _counting(monkeypatch, "movimentum.planning.blocks.fused", "_function")
+    written = _counting(monkeypatch, "movimentum.planning.blocks.fused_runs", "_function")
     engine = Engine()
     text = bars(60)
     engine.revise(SourceText("x.mov", text)).motion.poses(0, 5)

@@ -19,7 +19,7 @@ TIME = 0.3
 
 def _first_picture(engine: Engine, text: str) -> tuple[Revision, Poses]:
     revision = engine.revise(SourceText("x.mov", text))
-    poses = revision.glimpse(Fraction("0.3"))
+    poses = revision.preview(Fraction("0.3"))
     assert poses is not None
     return revision, poses
 

@@ -205,7 +205,7 @@ def test_a_dead_centre_missed_by_a_billionth_is_found_out():
     examination = examine(motion)
     assert examination.fault == 3
     assert examination.diagnostics[0].code == "solve/unreachable"
-    trouble = min(t.begin for t in motion.segments[0].troubles)
+    trouble = min(t.begin for t in motion.segments[0].failures)
     # |50 sin(angle) - 5e-8| = 50 just before 270 degrees
     expected = (270 - np.degrees(np.sqrt(2 * 5e-8 / 50))) / 90
     print(f"binds at {trouble:.12f}, expected {expected:.12f}")

@@ -7,8 +7,8 @@ import pytest
 
 from movimentum.analysis.examine import examine
 from movimentum.arrays import least_squares, solutions
-from movimentum.solver.start.demands import Effort
-from movimentum.solver.start.fitting import _descended
+from movimentum.solver.start.best_fit import _levenberg_marquardt
+from movimentum.solver.start.requirements import WorkBudget
 from tests.solver.scenes import motion_of
 
 FOUR_BAR = """A:.bar O={d0,0} P={d35,0}; R:.bar O={d90,0} P={d90,60}; C:.bar A={d35,0} B={d90,60};
@@ -106,4 +106,4 @@ def test_a_fit_survives_slopes_that_outgrow_its_damping():
         slopes = np.full((len(z), 2, 2), 1e30)  # of rank one, and 1e-3 vanishes beside their squares
         return np.full((len(z), 2), 1.0), slopes
 
-    assert np.isfinite(_descended(at, np.zeros((3, 2)), 10, Effort(1e9))).all()
+    assert np.isfinite(_levenberg_marquardt(at, np.zeros((3, 2)), 10, WorkBudget(1e9))).all()

@@ -18,7 +18,7 @@ from lark import Lark
 from movimentum.errors import MovimentumError
 from movimentum.source import SourceText
 from movimentum.syntax.grammar import grammar_text
-from movimentum.syntax.words import THING_MEMBERS, VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import THING_MEMBERS, VECTOR_MEMBERS
 from movimentum.workflow.stages import understand
 
 USUAL = "0 1 2 3 4 0.5 0.1 10 20 30 45 60 90 120 180 360 50 100 200 1.5 .25 7.3 0.001"

@@ -14,7 +14,7 @@ def solved_as_written(text, rate):
     """The examination, the motion and the poses that would be written (those that are not solved are held)."""
     motion = motion_of(text, rate)
     examination = examine(motion)
-    motion = dataclasses.replace(motion, doubted=examination.doubted)
+    motion = dataclasses.replace(motion, uncertain=examination.doubted)
     return examination, motion, motion.poses(0, motion.timeline.frame_count)
 
 

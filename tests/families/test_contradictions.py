@@ -224,5 +224,5 @@ def test_what_contradicts_in_every_step_is_looked_for_once(monkeypatch):
     monkeypatch.setattr(contradictions, "find_contradiction", counted)
     motion = motion_of(f"{text[:first]} Rod.angle = 12;{text[first:]}")
     assert len(looked) == 1
-    found = [segment_motion.troubles[0].selection.contradiction for segment_motion in motion.segments]
+    found = [segment_motion.failures[0].selection.contradiction for segment_motion in motion.segments]
     assert all(each is not None and each.members == found[0].members for each in found)

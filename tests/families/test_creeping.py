@@ -10,10 +10,10 @@ import random
 import pytest
 
 from movimentum.analysis.diagnose import trials
-from movimentum.solver.basis.effort import GivenUp, charge, limited
+from movimentum.solver.basis.effort import EffortExceeded, charge_effort, limit_effort
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.solver import CREEPING, MAXIMAL_PIECES
+from movimentum.solver.solver import MAXIMAL_PIECES, PIECES_WITHOUT_PROGRESS
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, examined, moved, understand
@@ -56,7 +56,9 @@ def _at_single_instants(seed: int) -> str:
 
 def assert_soon_told(text: str, good: bool) -> None:
     motion = motion_of(SCENE.format(text))
-    assert all(len(segment_motion.pieces) <= 2 * CREEPING + 4 for segment_motion in motion.segments), text
+    assert all(len(segment_motion.pieces) <= 2 * PIECES_WITHOUT_PROGRESS + 4 for segment_motion in motion.segments), (
+        text
+    )
     found = examined(motion.timeline, Choices())
     assert found.fault == (0 if good else 3), (text, found.diagnostics)
     if not good:
@@ -86,7 +88,7 @@ def _binding_crank(seed: int, turns: int) -> tuple[str, list[tuple[float, float]
 def test_many_binds_are_all_found_and_take_work_in_proportion(seed: int, turns: int) -> None:
     text, gaps = _binding_crank(seed, turns)
     (segment_motion, *_) = motion_of(text).segments
-    found = [(trouble.begin, trouble.until) for trouble in segment_motion.troubles]
+    found = [(trouble.begin, trouble.until) for trouble in segment_motion.failures]
     assert len(found) == turns
     # the ends are simple zeros of the margin, which is known to 1e-13
     assert found == [pytest.approx(pair, abs=1e-11) for pair in gaps]
@@ -128,22 +130,22 @@ def test_help_is_given_up_after_counted_work(monkeypatch: pytest.MonkeyPatch) ->
     assert whole.with_statement(2, "A.blue = 0.5;") is not None
     monkeypatch.setattr(trials, "EFFORT", 5)
     short = trials.Trials(motion_of(text))
-    assert short.able(0)
+    assert short.can_try(0)
     assert short.with_statement(2, "A.blue = 0.5;") is None
-    assert not short.able(0)
+    assert not short.can_try(0)
 
 
 def test_work_is_counted_inside_only() -> None:
-    charge(10**9)
-    with pytest.raises(GivenUp), limited(3) as left:
+    charge_effort(10**9)
+    with pytest.raises(EffortExceeded), limit_effort(3) as left:
         for _ in range(4):
-            charge()
+            charge_effort()
     assert left == [-1]
-    charge(10**9)
-    with limited(10) as around:
-        with limited(5):
-            charge(3)
+    charge_effort(10**9)
+    with limit_effort(10) as around:
+        with limit_effort(5):
+            charge_effort(3)
         assert around == [7]
-        with pytest.raises(GivenUp), limited(100):
-            charge(101)
+        with pytest.raises(EffortExceeded), limit_effort(100):
+            charge_effort(101)
         assert around[0] < 0

@@ -76,7 +76,7 @@ def test_integrals_of_what_jumps_are_those_of_its_pieces(seeds):
 def test_a_jump_costs_few_nodes(monkeypatch):
     """It is found by bisection, and not by halving the grid."""
     asked = []
-    judged = integral._judged
-    monkeypatch.setattr(integral, "_judged", lambda *given: asked.append(len(given[2])) or judged(*given))
+    judged = integral._integrals_and_errors
+    monkeypatch.setattr(integral, "_integrals_and_errors", lambda *given: asked.append(len(given[2])) or judged(*given))
     mv.loads(SCENE.format(inside="{ .t < 0.7321 : 1 ; 2 }", more="")).solve()
     assert max(asked) < 40  # 24 to begin with, four halvings before the jump is looked for, and the jump

@@ -66,6 +66,6 @@ def test_of_a_tiling_that_a_wish_pulls(seed):
     """Whatever comes first is eliminated first; the pose to begin with keeps to the sides of its angles."""
     lines = reordered(TILING, seed, Definition, Statement).rstrip()
     motion = solve(timeline_of(f"{lines}\n{FIRST}.V0.x ~ 400; @1\n"))
-    assert not any(segment_motion.troubles for segment_motion in motion.segments)
+    assert not any(segment_motion.failures for segment_motion in motion.segments)
     poses = motion.poses(0, motion.timeline.frame_count)
     assert poses.solved.all()

@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from movimentum.fitting.evaluation import TogetherEvaluator
+from movimentum.fitting.evaluation import BatchEvaluator
 from movimentum.fitting.fit import make_job, make_problem
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
@@ -50,7 +50,7 @@ def judge(name: str, seed: int) -> bool:
     if problem.reason is not None:
         return False
     together = problem.search.evaluate
-    assert isinstance(together, TogetherEvaluator)
+    assert isinstance(together, BatchEvaluator)
     rows = np.random.default_rng(seed).uniform(0.99, 1.01, (2, len(names)))
     found, single = together(rows), problem.single(rows)
     assert found.slopes is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from movimentum.fitting.evaluation import TogetherEvaluator
+from movimentum.fitting.evaluation import BatchEvaluator
 from movimentum.fitting.fit import FitProblem, make_job, make_problem
 from movimentum.fitting.least_squares import steps_of
 from movimentum.source import SourceText
@@ -27,7 +27,7 @@ def made(points, requirements="", lets=""):
 
 
 def retimed(problem: FitProblem, constants):
-    assert isinstance(problem.search.evaluate, TogetherEvaluator)
+    assert isinstance(problem.search.evaluate, BatchEvaluator)
     return problem.search.evaluate.retimed(constants)
 
 
@@ -76,7 +76,7 @@ def test_gaps_and_intervals_are_kept():
 )
 def test_a_time_that_does_something_else_too_is_searched_like_any_constant(lets, more):
     problem = made([(0.0, 60.0)], more, lets)
-    assert isinstance(problem.search.evaluate, TogetherEvaluator)
+    assert isinstance(problem.search.evaluate, BatchEvaluator)
     assert problem.search.evaluate.free_times.times == []
     assert problem.search.timing is None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from movimentum.outlines.cores import Core, padded, signed_distances
+from movimentum.outlines.cores import Core, padded_corners, signed_distances
 
 shapely = pytest.importorskip("shapely")
 
@@ -29,7 +29,7 @@ def test_convex_polygons_are_as_far_apart_as_shapely_says(seed):
         cores.append(Core(corners[0], 0.0, exact=True))
         others.append(Core(corners[1], 0.0, exact=True))
         truth.append(apart(*corners))
-    assert signed_distances(padded(cores), padded(others)) == pytest.approx(truth, abs=1e-9)
+    assert signed_distances(padded_corners(cores), padded_corners(others)) == pytest.approx(truth, abs=1e-9)
 
 
 def apart(p, q):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import place_of, pole_of, with_numbers
+from movimentum.analysis.shown_numbers import place_of, pole_of, with_shown_numbers
 from movimentum.drawing.compose import compose
 from movimentum.drawing.graph_curves import curves_of
 from movimentum.drawing.model import GraphMark, SymbolMark
-from movimentum.drawing.options import PictureOptions
+from movimentum.drawing.picture_options import PictureOptions
 from movimentum.drawing.symbols import moving_parts
 from movimentum.solver.poses import Poses
 from tests.command import ROOT
@@ -32,7 +32,7 @@ class Film:
         self.scene = self.motion.timeline.scene
         count = self.motion.timeline.frame_count
         self.times: list[Fraction] = [self.motion.timeline.frame_time(frame) for frame in range(count)]
-        self.poses: Poses = with_numbers(self.motion, self.motion.poses(0, count))
+        self.poses: Poses = with_shown_numbers(self.motion, self.motion.poses(0, count))
         self.thing = {thing.name: thing for thing in self.scene.things}
 
     def at(self, name: str) -> Array:

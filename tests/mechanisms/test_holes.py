@@ -7,8 +7,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from movimentum.outlines.facets import Facets, overlap
-from movimentum.outlines.ways_out import deepest
+from movimentum.outlines.facets import Facets, overlaps
+from movimentum.outlines.penetration import shortest_ways_out
 
 
 def hull(points):
@@ -55,13 +55,13 @@ def test_the_shortest_way_into_a_hole(seed, swapped):
         hole = Facets.of(corners[::-1].copy(), hollow=True)
         body = Facets.of(hull(random.normal(size=(9, 2)) * random.uniform(1, 20)))
         at = random.normal(size=2) * random.uniform(0, 120)
-        if not overlap(hole, body, body.points + at):
+        if not overlaps(hole, body, body.points + at):
             continue
         seen += 1
         one, other, there = (body, hole, hole.points - at) if swapped else (hole, body, body.points + at)
-        (found,) = deepest(one, other, there[None])
+        (found,) = shortest_ways_out(one, other, there[None])
         assert -found.value == pytest.approx(way_in(corners, body.points + at), abs=1e-9)
         if np.isfinite(found.value):
             way = np.array(found.way) * (-1.0 if swapped else 1.0)
-            assert not overlap(hole, body, body.points + at + way)
+            assert not overlaps(hole, body, body.points + at + way)
             assert np.hypot(*way) == pytest.approx(-found.value, abs=1e-9)

@@ -10,8 +10,8 @@ import pytest
 import movimentum
 from movimentum.expressions import add, call, const, mul
 from movimentum.outlines.contour import PLACE, numeric
+from movimentum.outlines.expression_outlines import curve_of_expressions
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.pieces import traced
 
 HEAD = ".config({fps}, 400, 400);\n"
 
@@ -110,22 +110,24 @@ def test_a_bead_goes_round_corners_where_its_share_says():
     share = np.random.default_rng(4).uniform(0.0, 1.0, 20_000)
     place = numeric([outline.place_along])(share)[0]
     assert outline.points(place) == pytest.approx(along(corners, share), abs=1e-11)
-    assert numeric([outline.travelled])(place)[0] / outline.length == pytest.approx(share, abs=1e-13)
+    assert numeric([outline.arc_length])(place)[0] / outline.length == pytest.approx(share, abs=1e-13)
 
 
 def test_lengths_of_curves_with_corners_and_cusps_are_exact():
     share = np.random.default_rng(5).uniform(0.0, 1.0, 20_000)
     radius = mul(const(30.0), add(const(1.0), call("cosd", PLACE)))
-    cusped = traced(mul(radius, call("cosd", PLACE)), mul(radius, call("sind", PLACE)), 0.0, 360.0, closed=True)
+    cusped = curve_of_expressions(
+        mul(radius, call("cosd", PLACE)), mul(radius, call("sind", PLACE)), 0.0, 360.0, closed=True
+    )
     assert cusped.length == pytest.approx(240.0, abs=1e-10)
     place = numeric([cusped.place_along])(share)[0]
     assert cusped.points(place) == pytest.approx(heart(share), abs=1e-8)
     # half an ellipse and its chord
     x, y = mul(const(80.0), call("cosd", PLACE)), call("max", const(0.0), mul(const(50.0), call("sind", PLACE)))
-    half = traced(x, y, 0.0, 360.0, closed=True)
+    half = curve_of_expressions(x, y, 0.0, 360.0, closed=True)
     from scipy.special import ellipeinc
 
     m = 1.0 - (50.0 / 80.0) ** 2
     turns = np.random.default_rng(6).uniform(0.0, 180.0, 1000)
     arc = 80.0 * (ellipeinc(np.radians(turns) - math.pi / 2.0, m) - ellipeinc(-math.pi / 2.0, m))
-    assert numeric([half.travelled])(turns)[0] == pytest.approx(arc, abs=1e-9)
+    assert numeric([half.arc_length])(turns)[0] == pytest.approx(arc, abs=1e-9)

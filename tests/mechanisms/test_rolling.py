@@ -12,7 +12,7 @@ from scipy.optimize import brentq, fsolve
 from scipy.special import ellipeinc
 
 import movimentum
-from movimentum.outlines.lengths import paces
+from movimentum.outlines.arc_lengths import arc_length_table
 from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 400);\n"
@@ -161,7 +161,7 @@ def test_lengths_of_an_ellipse_are_elliptic_integrals(a, b):
         m = 1.0 - (b / a) ** 2
         return a * (ellipeinc(place - math.pi / 2.0, m) - ellipeinc(-math.pi / 2.0, m))
 
-    found = paces(lambda place: np.hypot(a * np.sin(place), b * np.cos(place)), (0.0, math.tau), closed=True)
+    found = arc_length_table(lambda place: np.hypot(a * np.sin(place), b * np.cos(place)), (0.0, math.tau), closed=True)
     length = found.along[-1]
     rate, share = length / math.tau, np.random.default_rng(3).uniform(0.0, 1.0, 500)
     there = math.tau * share

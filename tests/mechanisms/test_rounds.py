@@ -101,14 +101,14 @@ T : .label('{.where(P.P, E):.2f}') at = [10,10];
 @0 E.C = [200,100]; E.angle = 0; .on(P.P, E) = 0; .where(P.P, E) = .t/2;
 @7"""
     from movimentum import stages
-    from movimentum.analysis.live import with_numbers
+    from movimentum.analysis.shown_numbers import with_shown_numbers
     from tests.understand import timeline_of
 
     motion = loaded(text).solve()
     assert motion[".where(P.P, E)"] == pytest.approx(motion.times / 2, abs=1e-9)
     assert motion.at(5)[".where(P.P, E)"] == pytest.approx(2.5, abs=1e-9)
     solved = stages.solve(timeline_of(HEAD.format(fps=10) + text))
-    poses = with_numbers(solved, solved.poses(0, 71))
+    poses = with_shown_numbers(solved, solved.poses(0, 71))
     label = next(thing.number for thing in solved.timeline.scene.things if thing.name == "T")
     (found,) = [values for (thing, _), values in poses.properties.items() if thing == label]
     assert found == pytest.approx(np.arange(71) / 20, abs=1e-9)

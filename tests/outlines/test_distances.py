@@ -12,20 +12,28 @@ from shapely import affinity
 
 from movimentum.expressions import call, const, mul
 from movimentum.geometry import counter_clockwise
-from movimentum.outlines import fine
-from movimentum.outlines.contour import PLACE, smooth
+from movimentum.outlines import dense_polygons
+from movimentum.outlines.contour import PLACE, smooth_contour
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.parts import KINDS
-from movimentum.outlines.search import nearest_sample, newton_step, of_points, of_two, refined
-from movimentum.outlines.shapes import circle, gear
-from movimentum.outlines.skin import gathered, skin_of
-from movimentum.outlines.touching import MeetingPlaces
+from movimentum.outlines.nearest_search import (
+    nearest_of_two,
+    nearest_sample,
+    nearest_to_points,
+    newton_step,
+    refined_contact,
+)
+from movimentum.outlines.round_contacts import KINDS
+from movimentum.outlines.shapes import circle_outline, gear_outline
+from movimentum.outlines.skin import gathered_skins, skin_of
+from movimentum.outlines.skin_contacts import ContactPairs
 
 SCALES = (1e-3, 1.0, 1e6)
 
 
 def ellipse(a, b):
-    return smooth((mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True)
+    return smooth_contour(
+        (mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True
+    )
 
 
 def pose(x, y, turn):
@@ -65,14 +73,14 @@ def test_polygons_are_as_far_apart_as_shapely_says_and_as_deep_as_their_corners_
     for _ in range(6):
         p, q = star(random, random.integers(3, 9), scale), star(random, random.integers(3, 9), scale)
         a, b = (
-            fine.Fine.of(polygon(counter_clockwise(tuple(map(tuple, p))))),
-            fine.Fine.of(polygon(tuple(map(tuple, q)))),
+            dense_polygons.DensePolygon.of(polygon(counter_clockwise(tuple(map(tuple, p))))),
+            dense_polygons.DensePolygon.of(polygon(tuple(map(tuple, q)))),
         )
         one = shapely.Polygon(p)
         poses = np.stack(
             [pose(*(scale * random.uniform(-2.0, 2.0, 2)), random.uniform(-7.0, 7.0)) for _ in range(12)], 1
         )
-        value, u, v = fine.values(a, b, poses)
+        value, u, v = dense_polygons.distances_and_places(a, b, poses)
         for k, at in enumerate(poses.T):
             other = shapely.Polygon(placed(q, at))
             here = a.contour.points(u[k : k + 1])[0]
@@ -96,7 +104,7 @@ def test_polygons_are_as_far_apart_as_shapely_says_and_as_deep_as_their_corners_
                 corner = shapely.distance(other, shapely.Point(here)), shapely.distance(one, shapely.Point(there))
                 assert min(abs(each - value[k]) for each in corner) <= 1e-9 * scale
                 assert max(corner) <= 2.0 * scale
-        found = fine.depths(a, b, poses)
+        found = dense_polygons.overlap_depths(a, b, poses)
         assert (found > 0.0).tolist() == [one.intersects(shapely.Polygon(placed(q, at))) for at in poses.T]
 
 
@@ -107,10 +115,10 @@ def test_convex_ones_are_as_deep_as_their_minkowski_sum_says_and_a_reach_adds_to
         p, q = (
             np.array(shapely.Polygon(star(random, 7, scale)).convex_hull.exterior.coords)[:-1][::-1] for _ in range(2)
         )
-        a = fine.Fine.of(polygon(tuple(map(tuple, p)), reach))
-        b = fine.Fine.of(polygon(tuple(map(tuple, q))))
+        a = dense_polygons.DensePolygon.of(polygon(tuple(map(tuple, p)), reach))
+        b = dense_polygons.DensePolygon.of(polygon(tuple(map(tuple, q))))
         poses = np.stack([pose(*(scale * random.uniform(-1.5, 1.5, 2)), random.uniform(-7, 7)) for _ in range(20)], 1)
-        found = fine.depths(a, b, poses)
+        found = dense_polygons.overlap_depths(a, b, poses)
         for k, at in enumerate(poses.T):
             whole = shapely.MultiPoint((p[:, None] - placed(q, at)[None]).reshape(-1, 2)).convex_hull
             origin = shapely.Point(0.0, 0.0)
@@ -120,28 +128,31 @@ def test_convex_ones_are_as_deep_as_their_minkowski_sum_says_and_a_reach_adds_to
 
 def test_many_poses_of_many_corners_are_the_same_as_few_and_a_hole_contains_everything():
     random = np.random.default_rng(1)
-    teeth = gear(40, 2.0, 20.0, 1.0, 1.25, 0.0)
-    a, b = fine.Fine.of(teeth), fine.Fine.of(ellipse(9.0, 4.0))
+    teeth = gear_outline(40, 2.0, 20.0, 1.0, 1.25, 0.0)
+    a, b = dense_polygons.DensePolygon.of(teeth), dense_polygons.DensePolygon.of(ellipse(9.0, 4.0))
     drawn = shapely.Polygon(a.facets.points)
     ring = b.facets.points
     for at in [pose(*random.uniform(-70.0, 70.0, 2), random.uniform(-7.0, 7.0)) for _ in range(12)]:
         other = shapely.Polygon(placed(ring, at))
-        value = float(fine.values(a, b, at[:, None])[0][0])
+        value = float(dense_polygons.distances_and_places(a, b, at[:, None])[0][0])
         if not drawn.intersects(other):
             assert value == pytest.approx(drawn.distance(other), rel=1e-9)
         else:
             assert value < 0.0
     # what is in a hole is as far from its edge as that is, and a disc larger than the hole overlaps it
-    hole, disc = fine.Fine.of(circle(50.0, hollow=True)), fine.Fine.disc(5.0)
+    hole, disc = (
+        dense_polygons.DensePolygon.of(circle_outline(50.0, hollow=True)),
+        dense_polygons.DensePolygon.disc(5.0),
+    )
     for far in (0.0, 20.0, 44.0, 48.0):
-        value = float(fine.values(hole, disc, pose(far, 0.0, 0.3)[:, None])[0][0])
+        value = float(dense_polygons.distances_and_places(hole, disc, pose(far, 0.0, 0.3)[:, None])[0][0])
         assert value == pytest.approx(45.0 - far, abs=0.08)  # of the polygon
-    assert fine.Fine.of(teeth).radius == pytest.approx(42.0, abs=1e-9)
+    assert dense_polygons.DensePolygon.of(teeth).radius == pytest.approx(42.0, abs=1e-9)
 
 
 def test_teeth_are_drawn_with_few_corners_that_are_on_them():
-    teeth = gear(13, 3.0, 20.0, 1.0, 1.25, 7.0)
-    own = fine.Fine.of(teeth)
+    teeth = gear_outline(13, 3.0, 20.0, 1.0, 1.25, 7.0)
+    own = dense_polygons.DensePolygon.of(teeth)
     at = teeth.points(own.places)
     assert at == pytest.approx(own.facets.points, abs=1e-9)
     assert len(own.places) <= 13 * 8 * 4
@@ -156,28 +167,32 @@ def test_teeth_are_drawn_with_few_corners_that_are_on_them():
 def test_curves_touch_where_the_polynomial_says_from_places_nearby(scale):
     random = np.random.default_rng(12)
     a, b, reach = 3.0 * scale, 1.5 * scale, 0.25 * scale
-    curve, disc = fine.Fine.of(ellipse(a, b)), fine.Fine.disc(reach)
-    square = fine.Fine.of(polygon(tuple((scale * x, scale * y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))))
+    curve, disc = dense_polygons.DensePolygon.of(ellipse(a, b)), dense_polygons.DensePolygon.disc(reach)
+    square = dense_polygons.DensePolygon.of(
+        polygon(tuple((scale * x, scale * y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))))
+    )
     for _ in range(12):
         turn, far = random.uniform(0.0, 2.0 * np.pi), scale * random.uniform(3.2, 9.0)
         x, y = far * math.cos(turn), far * math.sin(turn)
         value, place = to_ellipse(a, b, (x, y))
         at = pose(x, y, 0.7)[:, None]
         near = np.array([place + random.uniform(-3.0, 3.0)])
-        found = fine.touching(curve, disc, at, near, np.zeros(1))
+        found = dense_polygons.exact_distances(curve, disc, at, near, np.zeros(1))
         assert found == pytest.approx([value - reach], rel=1e-9)
         # seen from the disc, the same
         c, s = math.cos(0.7), math.sin(0.7)
         back = np.array([-c * x - s * y, s * x - c * y, c, -s])[:, None]
-        assert fine.touching(disc, curve, back, np.zeros(1), near) == pytest.approx(found, rel=1e-9)
+        assert dense_polygons.exact_distances(disc, curve, back, np.zeros(1), near) == pytest.approx(found, rel=1e-9)
         # a corner of a square; its place is between the ends of its two edges
         corner = random.integers(0, 4)
         turned = placed(square.facets.points[corner : corner + 1], pose(x, y, 0.7))[0]
         value, place = to_ellipse(a, b, turned)
         v = square.places[corner : corner + 1]
-        assert fine.touching(curve, square, at, np.array([place + 1.0]), v) == pytest.approx([value], rel=1e-9)
+        assert dense_polygons.exact_distances(curve, square, at, np.array([place + 1.0]), v) == pytest.approx(
+            [value], rel=1e-9
+        )
     # two corners are no matter of curves
-    assert np.isnan(fine.touching(square, disc, at, square.places[:1], np.zeros(1))).all()
+    assert np.isnan(dense_polygons.exact_distances(square, disc, at, square.places[:1], np.zeros(1))).all()
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e6])
@@ -199,15 +214,15 @@ def test_two_ellipses_touch_where_a_search_finds_them_nearest(scale):
         best = minimize(far, grid[np.argmin(np.hypot(*(p - q).T))], tol=1e-14)
         truth = math.sqrt(best.fun) * scale
         there = (at * [scale, scale, 1.0, 1.0])[:, None]
-        u, v, longer = of_two(one, other, there)
+        u, v, longer = nearest_of_two(one, other, there)
         assert longer.tolist() == [1.0]
         gap = np.hypot(*(placed(other.points(v), there[:, 0]) - one.points(u)).T)
         assert gap == pytest.approx([truth], rel=1e-9)
-        a, b, value = refined(one, other, there, u + 2.0, v - 2.0)
+        a, b, value = refined_contact(one, other, there, u + 2.0, v - 2.0)
         assert value == pytest.approx([truth], rel=1e-9)
-        assert fine.touching(fine.Fine.of(one), fine.Fine.of(other), there, u + 1.0, v + 1.0) == pytest.approx(
-            [truth], rel=1e-9
-        )
+        assert dense_polygons.exact_distances(
+            dense_polygons.DensePolygon.of(one), dense_polygons.DensePolygon.of(other), there, u + 1.0, v + 1.0
+        ) == pytest.approx([truth], rel=1e-9)
         steps = newton_step(one.values(a), other.values(b), there)
         assert np.abs(steps).max() < 1e-7
 
@@ -221,7 +236,7 @@ def test_the_nearest_place_of_an_ellipse_is_a_root_of_a_polynomial(scale):
     a, b = 3.0 * scale, 1.0 * scale
     curve = ellipse(a, b)
     points = scale * random.normal(size=(2, 40)) * 2.5
-    found, also, _ = of_points(curve, points)
+    found, also, _ = nearest_to_points(curve, points)
     assert found.tolist() == also.tolist()
     for k in range(40):
         value, _ = to_ellipse(a, b, points[:, k])
@@ -239,11 +254,11 @@ def test_the_nearest_places_of_polygons_are_those_of_shapely(scale):
         p, q = (counter_clockwise(tuple(map(tuple, star(random, 7, scale)))) for _ in range(2))
         one, other = polygon(p), polygon(q)
         points = scale * random.normal(size=(2, 15))
-        found = of_points(one, points)[0]
+        found = nearest_to_points(one, points)[0]
         truth = shapely.distance(shapely.Polygon(p).exterior, shapely.points(points.T))
         assert np.hypot(*(one.points(found).T - points)) == pytest.approx(truth, rel=1e-9, abs=1e-12 * scale)
         poses = np.stack([pose(*(2.5 * scale * np.array([math.cos(t), math.sin(t)])), 3.0 * t) for t in range(6)], 1)
-        u, v, longer = of_two(one, other, poses)
+        u, v, longer = nearest_of_two(one, other, poses)
         for k, at in enumerate(poses.T):
             moved = placed(np.array(q), at)
             gap = np.hypot(*(placed(other.points(v[k : k + 1]), at) - one.points(u[k : k + 1]))[0])
@@ -259,18 +274,18 @@ def test_the_nearest_places_of_polygons_are_those_of_shapely(scale):
 
 def test_a_circle_is_nearest_to_a_curve_on_the_line_through_its_middle_from_either_side():
     a, b = 3.0, 1.5
-    curve, disc = ellipse(a, b), circle(0.5)
+    curve, disc = ellipse(a, b), circle_outline(0.5)
     for turn in np.linspace(0.1, 6.2, 9):
         x, y = 4.0 * math.cos(turn), 4.0 * math.sin(turn)
         value, place = to_ellipse(a, b, (x, y))
         at = pose(x, y, 0.4)
-        u, v, _ = of_two(curve, disc, at[:, None])
+        u, v, _ = nearest_of_two(curve, disc, at[:, None])
         assert u == pytest.approx([place], abs=1e-7)
         way = curve.points(u)[0] - (x, y)
         assert v == pytest.approx([(math.degrees(math.atan2(way[1], way[0])) - math.degrees(0.4)) % 360.0], abs=1e-7)
         c, s = at[2:]
         back = np.array([-c * x - s * y, s * x - c * y, c, -s])[:, None]
-        v, u, _ = of_two(disc, curve, back)
+        v, u, _ = nearest_of_two(disc, curve, back)
         assert np.hypot(*(placed(curve.points(u), back[:, 0]) - disc.points(v))[0]) == pytest.approx(value - 0.5)
 
 
@@ -282,7 +297,7 @@ SHAPES = {
     "ellipse": (lambda: ellipse(3.0, 1.5), lambda n: ellipse_points(3.0, 1.5, n)),
     "egg": (lambda: ellipse(1.1, 0.8), lambda n: ellipse_points(1.1, 0.8, n)),
     "square": (lambda: polygon(((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))), None),
-    "disc": (lambda: circle(0.7), lambda n: ellipse_points(0.7, 0.7, n)),
+    "disc": (lambda: circle_outline(0.7), lambda n: ellipse_points(0.7, 0.7, n)),
 }
 
 
@@ -315,7 +330,9 @@ def test_the_least_of_all_candidates_that_hold_is_the_distance(first, second, sc
                         j.append(counts[0][b] + n)
     order = np.argsort(kind, kind="stable")
     kind, i, j = (np.array(each)[order] for each in (kind, i, j))
-    places = MeetingPlaces(gathered(skins), kind, i, j, np.zeros(len(kind), dtype=int), np.ones(len(kind), dtype=int))
+    places = ContactPairs(
+        gathered_skins(skins), kind, i, j, np.zeros(len(kind), dtype=int), np.ones(len(kind), dtype=int)
+    )
     rings = []
     for name in (first, second):
         make = SHAPES[name][1]
@@ -351,10 +368,10 @@ def test_the_least_of_all_candidates_that_hold_is_the_distance(first, second, sc
 def test_a_curve_in_a_bowl_is_as_far_from_it_as_circles_say():
     """An egg in a round hole: the hole's radius less how far the farthest of its places is from the hole's middle."""
     random = np.random.default_rng(2)
-    hole, egg = skin_of(circle(2.0, hollow=True)), skin_of(ellipse(1.1, 0.8))
-    bends, all_ = parts(egg)[3], gathered([hole, egg])
+    hole, egg = skin_of(circle_outline(2.0, hollow=True)), skin_of(ellipse(1.1, 0.8))
+    bends, all_ = parts(egg)[3], gathered_skins([hole, egg])
     kind = np.full(bends, KIND[2, 3])
-    one = MeetingPlaces(
+    one = ContactPairs(
         all_, kind, np.zeros(bends, dtype=int), np.arange(bends), np.zeros(bends, dtype=int), np.ones(bends, dtype=int)
     )
     points = ellipse_points(1.1, 0.8, 20000)

@@ -9,8 +9,8 @@ import pytest
 import shapely
 
 from movimentum.expressions import add, call, const, mul
-from movimentum.outlines.contour import PLACE, slope
-from movimentum.outlines.edges import Edge, broad, fine_points, moved_out, offset
+from movimentum.outlines.contour import PLACE, derivative_by
+from movimentum.outlines.edges import Edge, fine_points, grown_outline, offset_edge, widened_line
 from movimentum.tolerances import FLATTENED
 
 SCALES = (1e-3, 1.0, 1e6)
@@ -95,15 +95,17 @@ def test_what_is_beside_a_circle_is_a_circle_and_beside_an_ellipse_is_on_its_nor
     by = 0.3 * scale
     places = np.linspace(20.0, 200.0, 13)
     u = np.radians(places)
-    beside = offset(arc((0.0, 0.0), scale, scale, 20.0, 200.0), by)  # on the right of counter-clockwise: outside
+    beside = offset_edge(arc((0.0, 0.0), scale, scale, 20.0, 200.0), by)  # on the right of counter-clockwise: outside
     assert beside.at(places)[:2] == pytest.approx(1.3 * scale * np.stack([np.cos(u), np.sin(u)]), abs=1e-12 * scale)
     a, b = 2.0 * scale, scale
     normal = np.stack([b * np.cos(u), a * np.sin(u)])
     truth = np.stack([a * np.cos(u), b * np.sin(u)]) + by * normal / np.hypot(*normal)
-    beside = offset(arc((0.0, 0.0), a, b, 20.0, 200.0), by)
+    beside = offset_edge(arc((0.0, 0.0), a, b, 20.0, 200.0), by)
     assert beside.at(places)[:2] == pytest.approx(truth, abs=1e-12 * scale)
     x, y = beside.position
-    assert beside.at(places)[2] == pytest.approx(Edge((slope(x), slope(y)), 20.0, 200.0).at(places)[0], rel=1e-9)
+    assert beside.at(places)[2] == pytest.approx(
+        Edge((derivative_by(x), derivative_by(y)), 20.0, 200.0).at(places)[0], rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("scale", SCALES)
@@ -112,11 +114,11 @@ def test_a_broad_line_is_a_capsule_and_a_broad_arc_has_pappus_area(scale):
     for _ in range(5):
         p, q = scale * random.normal(size=(2, 2))
         reach = scale * random.uniform(0.05, 2.0)
-        found = broad(line(p, q), reach)
+        found = widened_line(line(p, q), reach)
         assert chained(found)
         assert area(found) == pytest.approx(2.0 * reach * math.dist(p, q) + math.pi * reach**2, rel=1e-9)
     turn = random.uniform(100.0, 300.0)
-    found = broad(arc((0.0, 0.0), scale, scale, 0.0, turn), 0.2 * scale)
+    found = widened_line(arc((0.0, 0.0), scale, scale, 0.0, turn), 0.2 * scale)
     assert chained(found)
     assert area(found) == pytest.approx(scale**2 * (0.4 * math.radians(turn) + math.pi * 0.04), rel=1e-9)
 
@@ -128,7 +130,7 @@ def test_a_convex_outline_moved_out_has_steiners_area_and_is_shapelys_buffer(sca
         turns = np.sort((np.arange(count) + random.uniform(-0.3, 0.3, count)) * 2.0 * np.pi / count)
         corners = scale * np.stack([np.cos(turns), np.sin(turns)], axis=1)
         reach = scale * random.uniform(0.1, 1.0)
-        found = moved_out([line(p, q) for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True)], reach)
+        found = grown_outline([line(p, q) for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True)], reach)
         assert len(found) == 2 * count
         assert chained(found)
         shape = shapely.Polygon(corners)
@@ -139,8 +141,8 @@ def test_a_convex_outline_moved_out_has_steiners_area_and_is_shapelys_buffer(sca
     half = [arc((0.0, 0.0), scale, scale, 0.0, 180.0), line((-scale, 0.0), (scale, 0.0))]
     perimeter = scale * (math.pi + 2.0)
     expected = math.pi * scale**2 / 2.0 + 0.5 * scale * perimeter + math.pi * (0.5 * scale) ** 2
-    assert area(moved_out(half, 0.5 * scale)) == pytest.approx(expected, rel=1e-9)
-    whole = moved_out([arc((0.0, 0.0), scale, scale, 0.0, 360.0)], 0.5 * scale)
+    assert area(grown_outline(half, 0.5 * scale)) == pytest.approx(expected, rel=1e-9)
+    whole = grown_outline([arc((0.0, 0.0), scale, scale, 0.0, 360.0)], 0.5 * scale)
     assert len(whole) == 1
     assert area(whole) == pytest.approx(math.pi * (1.5 * scale) ** 2, rel=1e-9)
 

@@ -10,19 +10,21 @@ import pytest
 import shapely
 
 from movimentum.expressions import call, const, mul
-from movimentum.outlines.contour import PLACE, smooth
+from movimentum.outlines.contour import PLACE, smooth_contour
 from movimentum.outlines.envelope import envelope
 from movimentum.outlines.lines import polygon, there_and_back
-from movimentum.outlines.profile import profile
-from movimentum.outlines.shapes import circle
-from movimentum.outlines.swept import SweptOutline, SweptOutlines
+from movimentum.outlines.profile import cut_profile
+from movimentum.outlines.shapes import circle_outline
+from movimentum.outlines.swept_regions import SweptOutline, SweptOutlines
 
 SCALES = (1e-3, 1.0, 1e6)
 WHOLE = ((Fraction(0), Fraction(1)),)
 
 
 def ellipse(a, b):
-    return smooth((mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True)
+    return smooth_contour(
+        (mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True
+    )
 
 
 def course(x, y, turn, rates):
@@ -66,7 +68,7 @@ def polygon_course(corners):
 
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_disc_on_a_round_way_cuts_two_circles(scale):
-    runs, film = envelope(circle(1.0 * scale), WHOLE, round_course(3.0 * scale))
+    runs, film = envelope(circle_outline(1.0 * scale), WHOLE, round_course(3.0 * scale))
     assert len(runs) == 2
     assert len({run.branch for run in runs}) == 2
     assert film.times[0] == 0.0
@@ -201,13 +203,16 @@ def test_points_are_passed_over_where_shapely_has_them_inside(scale):
     agree(SweptOutline(there_and_back(tuple(map(tuple, line)), 0.3 * scale), poses),
           [shapely.LineString(moved(line, k)).buffer(0.3 * scale, 64) for k in range(count)])  # fmt: skip
     disc = [shapely.Point(x, y).buffer(0.8 * scale, 64) for x, y in poses[:2].T]
-    agree(SweptOutline(circle(0.8 * scale), poses, 0.8 * scale), disc)
+    agree(SweptOutline(circle_outline(0.8 * scale), poses, 0.8 * scale), disc)
     both = SweptOutlines(
-        (SweptOutline(circle(0.8 * scale), poses, 0.8 * scale), SweptOutline(ellipse(1.5 * scale, 0.6 * scale), poses))
+        (
+            SweptOutline(circle_outline(0.8 * scale), poses, 0.8 * scale),
+            SweptOutline(ellipse(1.5 * scale, 0.6 * scale), poses),
+        )
     )
     agree(both, [*disc, *(shapely.Polygon(moved(oval, k)) for k in range(count))])
     assert both.size == pytest.approx(3.0 * scale, rel=1e-6)
-    assert not SweptOutline(circle(scale), poses[:, :0]).covers(points).any()
+    assert not SweptOutline(circle_outline(scale), poses[:, :0]).covers(points).any()
 
 
 @pytest.mark.parametrize("scale", SCALES)
@@ -234,11 +239,11 @@ def same(outline, shape, scale):
 
 @pytest.mark.parametrize("scale", SCALES)
 def test_a_disc_on_a_round_way_leaves_what_is_within_or_what_is_without(scale):
-    tool = circle(1.0 * scale)
+    tool = circle_outline(1.0 * scale)
     runs, film = envelope(tool, WHOLE, round_course(3.0 * scale))
     swept = SweptOutlines((SweptOutline(tool, film.poses[:7], 1.0 * scale),))
     for outer, radius in ((False, 2.0 * scale), (True, 4.0 * scale)):
-        found = profile(runs, swept, outer=outer)
+        found = cut_profile(runs, swept, outer=outer)
         assert found is not None
         assert found.outer is outer
         assert found.corners == ()
@@ -249,20 +254,20 @@ def test_a_disc_on_a_round_way_leaves_what_is_within_or_what_is_without(scale):
         assert found.outline.length == pytest.approx(2.0 * math.pi * radius, rel=1e-9)
         curved = [found.outline.curvature(place) for place in places[::50]]
         assert np.array(curved) * radius == pytest.approx(np.full(len(curved), -1.0 if outer else 1.0), rel=1e-5)
-    assert profile([], swept) is None
+    assert cut_profile([], swept) is None
 
 
 def test_a_disc_along_a_triangle_leaves_its_corners_sharp_within_and_round_without():
     scale = 10.0
     corners = scale * np.array([[4.0, 1.0], [-2.5, 3.0], [-2.0, -4.0]])
     start = (corners[2] + corners[0]) / 2.0
-    tool = circle(0.7 * scale)
+    tool = circle_outline(0.7 * scale)
     way, parts = polygon_course(np.array([start, *corners]))
     runs, film = envelope(tool, parts, way)
     swept = SweptOutlines((SweptOutline(tool, film.poses[:7], 0.7 * scale),))
     buffer = shapely.LinearRing(corners).buffer(0.7 * scale, 256)
     for outer, ring in ((False, buffer.interiors[0]), (True, buffer.exterior)):
-        found = profile(runs, swept, outer=outer)
+        found = cut_profile(runs, swept, outer=outer)
         assert found is not None
         same(found.outline, shapely.Polygon(ring), scale)
         assert (found.outline.area > 0.0) is not outer
@@ -280,9 +285,9 @@ def test_a_profile_that_crosses_itself_has_its_corners_where_the_offset_curve_ha
          (lambda t: b * w * np.sin(w * t), lambda t: b * w * w * np.cos(w * t)),
          (lambda t: 0.0, lambda t: 0.0)),
     )  # fmt: skip
-    tool = circle(radius)
+    tool = circle_outline(radius)
     runs, film = envelope(tool, WHOLE, way)
-    found = profile(runs, SweptOutlines((SweptOutline(tool, film.poses[:7], radius),)))
+    found = cut_profile(runs, SweptOutlines((SweptOutline(tool, film.poses[:7], radius),)))
     assert found is not None
     u = np.linspace(0.0, 2.0 * np.pi, 20001)[:-1]
     truth = shapely.LinearRing(np.stack([a * np.cos(u), b * np.sin(u)], axis=1)).buffer(radius, 64)

@@ -12,14 +12,14 @@ from movimentum.expressions import Expr, add, call, const, div, mul, neg, sub
 from movimentum.expressions.tables import Table
 from movimentum.geometry import counter_clockwise
 from movimentum.outlines import cubics
-from movimentum.outlines.bracketed import bracketed
-from movimentum.outlines.contour import PLACE, numeric, smooth
-from movimentum.outlines.flat import flattened
-from movimentum.outlines.forms import forms_of, forms_of_edges, in_forms
-from movimentum.outlines.going_along import across, ahead, roots
+from movimentum.outlines.bracketed_roots import bracketed_roots
+from movimentum.outlines.contour import PLACE, numeric, smooth_contour
+from movimentum.outlines.flattening import flattened
 from movimentum.outlines.kinks import TooManyPieces, at_piece, cusps_of, kinks_of
 from movimentum.outlines.lines import polygon
-from movimentum.outlines.shapes import circle
+from movimentum.outlines.primitive_pieces import primitive_values, primitives_of, primitives_of_edges
+from movimentum.outlines.shapes import circle_outline
+from movimentum.outlines.tangential_motion import inward_speed, outward_speed, tangential_places
 
 SCALES = (1e-3, 1.0, 1e6)
 
@@ -29,7 +29,9 @@ def cross(p, q):
 
 
 def ellipse(a: float, b: float):
-    return smooth((mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True)
+    return smooth_contour(
+        (mul(const(a), call("cosd", PLACE)), mul(const(b), call("sind", PLACE))), 0.0, 360.0, closed=True
+    )
 
 
 # --- zeros
@@ -55,13 +57,15 @@ def test_zeros_are_those_that_brent_finds(scale):
             calls.append(place)
             return value, slope(place / scale - zero) / scale, (value > 0.0) if falling else (value < 0.0)
 
-        found = bracketed(at, low * scale, high * scale, 1e-14 * scale)
+        found = bracketed_roots(at, low * scale, high * scale, 1e-14 * scale)
         truth = [brentq(lambda x, z=z, f=shape: f(x - z), a - 1e-9, b + 1e-9, xtol=1e-15) for z, a, b in
                  zip(zero, low, high, strict=True)]  # fmt: skip
         assert found == pytest.approx(np.array(truth) * scale, abs=3e-14 * scale)
         assert len(calls) < 16  # Newton's method, which doubles the digits
         for ends in ((zero * scale, high * scale), (low * scale, zero * scale)):
-            assert bracketed(at, *ends, 1e-14 * scale) == pytest.approx(np.array(truth) * scale, abs=3e-14 * scale)
+            assert bracketed_roots(at, *ends, 1e-14 * scale) == pytest.approx(
+                np.array(truth) * scale, abs=3e-14 * scale
+            )
 
 
 # --- cubics that stand for arcs
@@ -81,12 +85,12 @@ def test_arcs_and_cubics_are_nearly_those_of_circles(scale):
         return np.sign(turn)[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
 
     p, q, d, e = on(first, radius), on(first + turn, radius), way(first), way(first + turn)
-    assert cubics.arc(p, d, q, e) == pytest.approx(radius * np.abs(turn), rel=2e-5)
+    assert cubics.arc_length(p, d, q, e) == pytest.approx(radius * np.abs(turn), rel=2e-5)
     middle = first + share * turn
     along = way(middle)
     for far in (0.0 * off, off):
         for sign in (1.0, -1.0):  # directions may be those of the other way round
-            found = cubics.between(p, sign * d, q, sign * e, on(middle, radius * (1.0 + far)), along)
+            found = cubics.cubic_offsets(p, sign * d, q, sign * e, on(middle, radius * (1.0 + far)), along)
             error = np.abs(found - radius * np.abs(far)) / radius
             # Hermite's interpolation of what goes at a steady pace: h⁴ / 384 times the fourth derivative
             assert float(np.max(error / (turn**4 + 1e-10))) < 1.002 / 384.0
@@ -147,11 +151,11 @@ def test_lines_arcs_and_corners_are_recognised_and_computed_exactly(scale):
 
         pieces = [line, arc, corner, bulge]
         breaks = begin + np.cumsum([0.0, 1.0, 2.0, 0.5, 1.5])
-        forms, known = forms_of(pieces, breaks.tolist())
+        forms, known = primitives_of(pieces, breaks.tolist())
         assert known.tolist() == [True, True, True, False]
         for k, piece in enumerate(pieces[:3]):
             places = np.linspace(breaks[k], breaks[k + 1], 9)
-            found = in_forms(np.repeat(forms[:, k : k + 1], 9, axis=1), places - breaks[k])
+            found = primitive_values(np.repeat(forms[:, k : k + 1], 9, axis=1), places - breaks[k])
             truth = np.array(piece(places))
             assert found[:2] == pytest.approx(truth[:2], abs=1e-12 * scale)
             # a direction may have another length, if it changes as it turns
@@ -166,8 +170,8 @@ def test_a_polygon_stands_still_at_corners_while_its_direction_turns(scale):
         turns = np.sort(random.uniform(0.0, 2.0 * np.pi, count))
         corners = counter_clockwise(tuple(zip(*(scale * np.array([np.cos(turns), np.sin(turns)])), strict=True)))
         found = polygon(corners)
-        assert forms_of_edges(found.position, found.direction, np.array(found.breaks)) is not None
-        assert forms_of_edges(found.position, found.position, np.array(found.breaks)) is None
+        assert primitives_of_edges(found.position, found.direction, np.array(found.breaks)) is not None
+        assert primitives_of_edges(found.position, found.position, np.array(found.breaks)) is None
         p = np.array([*corners, corners[0]])
         lengths = np.hypot(*np.diff(p, axis=0).T)
         for k in range(count):
@@ -291,7 +295,7 @@ def test_an_ellipse_goes_along_itself_where_a_polynomial_says(scale):
     inward[2, :5] = 0.0
     moves = np.ones(count, dtype=bool)
     moves[7] = False
-    number, place, rising = roots(tool, inward, moves)
+    number, place, rising = tangential_places(tool, inward, moves)
     for k in range(count):
         vx, vy, w = inward[:, k]
         # tx (vy + w x) - ty (vx - w y): -a vy sin u - b vx cos u + w (b² - a²) sin u cos u
@@ -308,10 +312,10 @@ def test_an_ellipse_goes_along_itself_where_a_polynomial_says(scale):
         truth = np.sort(np.degrees(np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-6])) % 360.0) if moves[k] else []
         assert place[number == k] % 360.0 == pytest.approx(truth, abs=1e-7)
         here = place[number == k]
-        beyond = across(tool, here + 1e-3, np.repeat(inward[:, k : k + 1], len(here), axis=1))[0]
+        beyond = inward_speed(tool, here + 1e-3, np.repeat(inward[:, k : k + 1], len(here), axis=1))[0]
         assert rising[number == k].tolist() == (beyond > 0.0).tolist()
     places = random.uniform(0.0, 360.0, count)
-    value, change = across(tool, places, inward)
+    value, change = inward_speed(tool, places, inward)
     u = np.radians(places)
     x, y, tx, ty = a * np.cos(u), b * np.sin(u), -a * np.sin(u), b * np.cos(u)
     rad = np.pi / 180.0  # the parameter is in degrees
@@ -319,16 +323,18 @@ def test_an_ellipse_goes_along_itself_where_a_polynomial_says(scale):
         rad * (tx * (inward[1] + inward[2] * x) - ty * (inward[0] - inward[2] * y)), rel=1e-9, abs=1e-12 * scale**2
     )
     step = 1e-4
-    slopes = (across(tool, places + step, inward)[0] - across(tool, places - step, inward)[0]) / (2.0 * step)
+    slopes = (inward_speed(tool, places + step, inward)[0] - inward_speed(tool, places - step, inward)[0]) / (
+        2.0 * step
+    )
     assert change == pytest.approx(slopes, rel=1e-5, abs=1e-7 * scale**2)
 
 
 def test_a_circle_goes_along_itself_on_both_sides_of_its_way_and_places_go_outwards_ahead():
-    tool = circle(3.0)
+    tool = circle_outline(3.0)
     way = np.radians(np.array([0.0, 33.0, 100.0, 200.0, 350.0]))
     inward = np.stack([5.0 * np.cos(way), 5.0 * np.sin(way), 0.0 * way])
     moves = np.array([True, True, False, True, True])
-    number, place, rising = roots(tool, inward, moves)
+    number, place, rising = tangential_places(tool, inward, moves)
     assert number.tolist() == [0, 0, 1, 1, 3, 3, 4, 4]
     for k in (0, 1, 3, 4):
         own = number == k
@@ -347,4 +353,6 @@ def test_a_circle_goes_along_itself_on_both_sides_of_its_way_and_places_go_outwa
         px, py = shape.points(places).T
         qx, qy = np.cos(turned) * px - np.sin(turned) * py, np.sin(turned) * px + np.cos(turned) * py
         nx, ny = np.cos(normal + turned), np.sin(normal + turned)
-        assert ahead(shape, places, pose) == pytest.approx((1.5 - 0.8 * qy) * nx + (0.5 + 0.8 * qx) * ny, abs=1e-12)
+        assert outward_speed(shape, places, pose) == pytest.approx(
+            (1.5 - 0.8 * qy) * nx + (0.5 + 0.8 * qx) * ny, abs=1e-12
+        )

@@ -11,13 +11,13 @@ import pytest
 
 from movimentum.expressions import ONE, ZERO, add, call, const, div, mul, neg, sub, symbol
 from movimentum.planning.blocks.reduction import (
-    back_substituted,
-    divided_by,
-    eliminated_linear,
+    back_substitute,
+    branch_sign_symbol,
+    divisors_of,
+    eliminate_linear,
     line_and_conic,
     line_conic_roots,
     quadratic_roots,
-    sign_of,
     size_in_rounding,
     size_of_terms,
 )
@@ -102,7 +102,7 @@ def test_what_is_eliminated_satisfies_its_rows(seed, scale):
         form[()] = add(mul(const(float(random.normal() * scale)), symbol(6)), symbol(7))
         forms.append(form)
     forms.append({(0, 1): ONE, (2, 3): const(2.0), (4,): const(-1.0), (): symbol(6)})
-    eliminated, left = eliminated_linear(system_of(payloads), forms, set(range(count)), scale)
+    eliminated, left = eliminate_linear(system_of(payloads), forms, set(range(count)), scale)
     gone = [n for n, _ in eliminated]
     assert (
         len(set(gone))
@@ -114,7 +114,7 @@ def test_what_is_eliminated_satisfies_its_rows(seed, scale):
     assert all(n not in m for _, form in left for m in form for n in gone)
     core = [n for n in range(count) if n not in gone]
     values = {n: scale * random.normal() for n in (*core, 6, 7)}
-    explicit = back_substituted(eliminated)
+    explicit = back_substitute(eliminated)
     assert sorted(n for n, _ in explicit) == sorted(gone)
     values |= {n: valued(expr, values) for n, expr in explicit}
     size = max(abs(v) for v in values.values())
@@ -129,7 +129,7 @@ def test_the_pivot_is_large_by_the_size_of_its_unknown():
     """A place counts by the scene's size, a cosine by 1."""
     for size, first in ((1e6, 0), (1e-6, 1)):
         form = {(0,): const(1.0), (1,): const(10.0), (): symbol(2)}
-        ((gone, _),), _ = eliminated_linear(system_of([PoseX(0), PoseCos(0)]), [form], {0, 1}, size)
+        ((gone, _),), _ = eliminate_linear(system_of([PoseX(0), PoseCos(0)]), [form], {0, 1}, size)
         assert gone == first
 
 
@@ -294,7 +294,7 @@ def test_a_line_meets_a_conic_where_numpys_roots_say(scale):
         d, e, f = scale * random.normal(), scale * random.normal(), scale**2 * random.normal()
         given = (l1, l2, l0, a, b, c, d, e, f)
         names = [const(0.0) if k == 4 and b == 0.0 else symbol(3 if k == 5 and a == c else k) for k in range(9)]
-        roots = line_conic_roots(sign_of("s"), names[:3], names[3:])
+        roots = line_conic_roots(branch_sign_symbol("s"), names[:3], names[3:])
         values = dict(enumerate(given))
         # by a parameter along the line, from its foot
         n = np.hypot(l1, l2)
@@ -329,7 +329,7 @@ def test_a_quadratic_has_both_roots_to_all_digits(scale):
         for _ in range(60):
             a, b = random.normal(), random.normal() * 10.0 ** random.integers(-1, 6) * scale
             c = random.normal() * scale**2
-            roots = quadratic_roots(sign_of("s"), *(symbol(n) for n in "abc"), call("abs", symbol("c")))
+            roots = quadratic_roots(branch_sign_symbol("s"), *(symbol(n) for n in "abc"), call("abs", symbol("c")))
             values = {"a": a, "b": b, "c": c}
             delta = mpmath.mpf(b) ** 2 - 4 * mpmath.mpf(a) * mpmath.mpf(c)
             assert (valued(roots.margin, values) >= 0.0) == (delta >= 0)
@@ -341,7 +341,7 @@ def test_a_quadratic_has_both_roots_to_all_digits(scale):
             found = sorted(valued(value, values | {"s": sign}) for sign in (1.0, -1.0))
             assert found == pytest.approx([float(each) for each in truth], rel=1e-9)
     a, c = 2.0, -8.0 * scale**2
-    roots = quadratic_roots(sign_of("s"), symbol("a"), ZERO, symbol("c"), call("abs", symbol("c")))
+    roots = quadratic_roots(branch_sign_symbol("s"), symbol("a"), ZERO, symbol("c"), call("abs", symbol("c")))
     for sign in (1.0, -1.0):
         values = {"a": a, "c": c, "s": sign}
         assert valued(roots.values[0], values) == pytest.approx(sign * 2.0 * scale)
@@ -369,7 +369,7 @@ def test_two_circles_are_a_circle_and_their_radical_axis(scale):
         assert a * p * p + b * p * q + c * q * q + d * p + e * q + f == pytest.approx(0.0, abs=1e-9 * scale**2)
         assert a == c
         assert b == 0.0
-        roots = line_conic_roots(sign_of("s"), found[:3], found[3:])
+        roots = line_conic_roots(branch_sign_symbol("s"), found[:3], found[3:])
         near = [math.hypot(*(valued(each, {"s": sign}) - x for each, x in zip(roots.values, point, strict=True)))
                 for sign in (1.0, -1.0)]  # fmt: skip
         assert min(near) <= 1e-6 * scale
@@ -427,9 +427,9 @@ def test_rounding_is_never_more_than_the_size_that_it_is_measured_by():
 
 def test_what_is_divided_by_varies_and_is_not_sought():
     x, y, t = symbol(0), symbol(1), symbol(2)
-    assert divided_by([div(x, add(t, ONE)), div(ONE, mul(y, t))], {0, 1}) == [add(t, ONE)]
-    assert divided_by([div(x, const(3.0))], {0}) == []
-    assert divided_by([call("tand", t)], {0}) == [call("cosd", t)]
+    assert divisors_of([div(x, add(t, ONE)), div(ONE, mul(y, t))], {0, 1}) == [add(t, ONE)]
+    assert divisors_of([div(x, const(3.0))], {0}) == []
+    assert divisors_of([call("tand", t)], {0}) == [call("cosd", t)]
     powers = [call("pow", symbol(k), payload=p) for k, p in ((2, -2.0), (3, 0.5), (4, 2.0))]
-    assert divided_by(powers, {0}) == [t]
-    assert divided_by([neg(div(y, t)), div(x, t)], {0, 1}) == [t]
+    assert divisors_of(powers, {0}) == [t]
+    assert divisors_of([neg(div(y, t)), div(x, t)], {0, 1}) == [t]

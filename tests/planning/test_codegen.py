@@ -73,7 +73,7 @@ def test_what_was_written_for_other_numbers_is_what_would_be_written_anew():
         u, k = np.array([1.7, 0.0, 0.0, -0.6]), np.array([4.5])
         with np.errstate(all="ignore"):
             reused = parts.function(results)(u, k)
-            writing.written.cache_clear()
+            writing.code_for.cache_clear()
             fresh = parts.function(results)(u, k)
         np.testing.assert_array_equal(reused, fresh)
 
@@ -83,11 +83,11 @@ def test_another_number_of_the_same_shape_writes_nothing():
 
     def written_for(a, b, places=(0, 1)):
         x, y = map(symbol, places)
-        before = writing.written.cache_info().misses
+        before = writing.code_for.cache_info().misses
         compiled([add(mul(const(a), x), mul(const(b), mul(x, y)))], Clocks())
-        return writing.written.cache_info().misses - before
+        return writing.code_for.cache_info().misses - before
 
-    writing.written.cache_clear()
+    writing.code_for.cache_clear()
     assert written_for(3.0, 5.0) == 1
     assert written_for(7.0, 8.0) == 0
     assert written_for(7.0, 8.0, (4, 9)) == 0

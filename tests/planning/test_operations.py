@@ -23,8 +23,8 @@ from movimentum.scene.lower import OPERATION_OF
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.arithmetic.taylor import Taylor, coefficient
-from movimentum.solver.judge import Alike
-from movimentum.syntax.words import FUNCTIONS, REDUCTIONS, SYNONYMS
+from movimentum.solver.residual_check import ExpressionBatch
+from movimentum.syntax.vocabulary import FUNCTIONS, REDUCTIONS, SYNONYMS
 
 # those of outlines are tried in tests/mechanisms/test_contact.py
 NUMBERS = tuple(operation for operation in OPERATIONS if not operation.name.startswith("nearest"))
@@ -69,7 +69,7 @@ def test_folded_it_is_what_it_is_evaluated(operation: Operation) -> None:
 def test_all_of_a_shape_at_once(operation: Operation) -> None:
     places = np.array(PLACES).T
     other = Expr(operation.name, tuple(const(PLACES[1][n]) for n in range(operation.arity)), payload(operation))
-    together = Alike([node(operation), other, node(operation)], Clocks())
+    together = ExpressionBatch([node(operation), other, node(operation)], Clocks())
     found = np.concatenate([some for _, some in together.values(places, [], len(PLACES))], axis=1)
     expected = values(operation)
     np.testing.assert_allclose(found, [expected, [expected[1]] * len(PLACES), expected], rtol=1e-14)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.memo import Memo
-from movimentum.planning.blocks.kept import KnownBlocks
+from movimentum.planning.blocks.block_cache import BlockCache
 from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.rendering.images import image_size
@@ -32,7 +32,7 @@ def compiled_for(text, path=SCRIPTS / "x.mov"):
     timeline = arrange(build(parse(source), source, image_size))
     before = structures_compiled()
     for segment in timeline.segments:
-        _ = compile_structure(structure_of(timeline.scene, segment, {}), 100.0, KnownBlocks(Memo(1))).schedule
+        _ = compile_structure(structure_of(timeline.scene, segment, {}), 100.0, BlockCache(Memo(1))).schedule
     return structures_compiled() - before
 
 

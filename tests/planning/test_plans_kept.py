@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.solver import reuse
+from movimentum.solver import solver_cache
 from tests.command import ROOT
 
 NUMBER = re.compile(r"(?<=[\[,+ ])\d\d+(?=[\],])")
@@ -31,16 +31,16 @@ def test_plans_kept_from_other_numbers_change_no_bit(seed, monkeypatch):
             lambda found: draw.choice([found[0], found[0], str(int(found[0]) + draw.randrange(4))]), text
         )
         kept = poses(edited)
-        monkeypatch.setattr(reuse, "_PLANS", reuse._Plans())
+        monkeypatch.setattr(solver_cache, "_PLANS", solver_cache._PlanCache())
         np.testing.assert_array_equal(poses(edited), kept)
 
 
 def test_a_script_that_is_solved_again_is_not_planned_again(monkeypatch):
-    monkeypatch.setattr(reuse, "_PLANS", reuse._Plans())
+    monkeypatch.setattr(solver_cache, "_PLANS", solver_cache._PlanCache())
     script = mv.load(ROOT / "scripts" / "four-bar.mov")
     script.solve()
-    made = reuse._PLANS.memo.made["plan"]
+    made = solver_cache._PLANS.memo.made["plan"]
     assert made > 0
     script.solve()
     mv.load(ROOT / "scripts" / "four-bar.mov").solve()
-    assert reuse._PLANS.memo.made["plan"] == made
+    assert solver_cache._PLANS.memo.made["plan"] == made

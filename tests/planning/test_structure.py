@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from movimentum.memo import Memo
-from movimentum.planning.blocks.kept import KnownBlocks
+from movimentum.planning.blocks.block_cache import BlockCache
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.planning.structure.graph import groups, maximum_matching, reachable, strong_components
@@ -76,7 +76,7 @@ def test_a_long_chain_needs_no_recursion():
 
 def plan_of(text):
     scene = scene_of(text)
-    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KnownBlocks(Memo(1)))
+    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, BlockCache(Memo(1)))
 
 
 def kernels(plan):

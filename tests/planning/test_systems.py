@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from movimentum.expressions import ONE, add, const, mul, neg, sub, symbol
-from movimentum.planning.lowering.body_frames import BodyFrame, body_frames, gathered, scene_shift
+from movimentum.planning.inequality_reuse import introduced_by_inequalities, with_inequalities_of
+from movimentum.planning.lowering.body_frames import BodyFrame, body_frames, scene_shift, with_constants_gathered
 from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.polynomial import to_expression
 from movimentum.planning.lowering.system import build_system, lowered_expressions, with_rates, with_rigidity
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, Rate
 from movimentum.planning.planner import structure_of
-from movimentum.planning.restated import introduced, restated
 from movimentum.planning.structure.decompose import decompose, driven_angles
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.timeline.arrange import arrange
@@ -95,11 +95,11 @@ def test_gathered_sums_are_the_same_and_a_shift_cancels_exactly(numbers, factor)
             add(total, const(float(number))) if k % 2 else sub(mul(const(float(factor)), total), const(float(number)))
         )
     values = {0: 0.75}
-    assert valued(gathered(total), values) == pytest.approx(valued(total, values), rel=1e-12, abs=1e-9)
+    assert valued(with_constants_gathered(total), values) == pytest.approx(valued(total, values), rel=1e-12, abs=1e-9)
     moved = sub(add(symbol(0), shift), add(const(60.0), shift))
-    assert valued(gathered(moved), values) == -59.25  # which floats make 0 of, or -64
+    assert valued(with_constants_gathered(moved), values) == -59.25  # which floats make 0 of, or -64
     twice = add(mul(const(2.0), add(symbol(0), shift)), neg(mul(shift, const(2.0))))
-    assert valued(gathered(twice), values) == 1.5
+    assert valued(with_constants_gathered(twice), values) == 1.5
 
 
 # --- systems
@@ -345,7 +345,7 @@ def test_a_segment_with_other_inequalities_has_the_same_equations():
     one, other, wider = (scene_of(text.format(*each)) for each in ((">", ""), ("<", ""), (">", "n < 3;")))
     segments = [arrange(scene).segments[0] for scene in (one, other, wider)]
     first = structure_of(one, segments[0], {})
-    again = restated(first, other, segments[1])
+    again = with_inequalities_of(first, other, segments[1])
     assert again is not None
     fresh = structure_of(other, segments[1], {})
     assert [e.residual for e in again.system.equations] == [e.residual for e in fresh.system.equations]
@@ -354,16 +354,20 @@ def test_a_segment_with_other_inequalities_has_the_same_equations():
     assert again.system.scene is other
     assert again.system.segment is segments[1]
     frames = body_frames(one, segments[0], {})
-    assert introduced(one, segments[0], frames) == introduced(other, segments[1], frames) == ()
-    ((count, _),) = introduced(wider, segments[2], frames)
+    assert (
+        introduced_by_inequalities(one, segments[0], frames)
+        == introduced_by_inequalities(other, segments[1], frames)
+        == ()
+    )
+    ((count, _),) = introduced_by_inequalities(wider, segments[2], frames)
     assert count == 2
-    assert restated(first, wider, segments[2]) is None  # what it mentions is an unknown
+    assert with_inequalities_of(first, wider, segments[2]) is None  # what it mentions is an unknown
     squared = scene_of(text.format(">", "B.Q.y*B.Q.y < n + B.Q.y;"))
-    assert len(introduced(squared, arrange(squared).segments[0], frames)) == 1
+    assert len(introduced_by_inequalities(squared, arrange(squared).segments[0], frames)) == 1
     # an inequality that comes first changes the numbers of all statements
     before = scene_of("B : .bar P = [0,0] Q = [30,40]; @0 B.Q.x > 0; B.P = [0,0]; B.Q.y = 10 + .t; @1")
     segment = arrange(before).segments[0]
-    again, fresh = restated(first, before, segment), structure_of(before, segment, {})
+    again, fresh = with_inequalities_of(first, before, segment), structure_of(before, segment, {})
     assert again is not None
     assert [e.constraint for e in again.system.equations] == [e.constraint for e in fresh.system.equations]
     assert [e.constraint for e in again.system.equations] != [e.constraint for e in first.system.equations]

@@ -9,32 +9,32 @@ import numpy as np
 import pytest
 
 from movimentum.arrays import FloatArray
-from movimentum.solver.pushing.dense import (
+from movimentum.solver.pushing.dense_steps import (
     DEGREE,
     DERIVATIVES,
     FINE,
     INTEGRALS,
     SHARES,
     basis,
-    falls,
-    finely,
-    kink,
+    downward_roots,
+    fine_values,
+    has_converged,
+    kink_in,
     series,
-    smooth,
 )
-from movimentum.solver.pushing.strides import Mixing
+from movimentum.solver.pushing.strides import AndersonMixing
 
 CLOSED = 1e-9
 
 
 def zeros(function: Callable[[FloatArray], FloatArray], *, exactly: bool = True) -> list[float]:
-    """Where `falls` finds that a function of arrays falls below zero."""
+    """Where `downward_roots` finds that a function of arrays falls below zero."""
     if exactly:
-        found = falls(function, function(FINE), CLOSED)
+        found = downward_roots(function, function(FINE), CLOSED)
     else:
         coefficients = series(function(SHARES)[:, None])
-        assert smooth(coefficients, 1e-6).all()
-        found = falls(lambda w: basis(w) @ coefficients[:, 0], finely(coefficients)[:, 0], CLOSED)
+        assert has_converged(coefficients, 1e-6).all()
+        found = downward_roots(lambda w: basis(w) @ coefficients[:, 0], fine_values(coefficients)[:, 0], CLOSED)
     return [fall.share for fall in found]
 
 
@@ -89,7 +89,7 @@ def test_what_hardly_touches_and_goes_is_nothing() -> None:
 def test_a_kink_is_between_two_instants(interval: int, share: float, size: float) -> None:
     at = float(SHARES[interval] + share * (SHARES[interval + 1] - SHARES[interval]))
     values = size * (0.02 * np.exp(-SHARES) + np.maximum(SHARES - at, 0.0))
-    found = kink(np.stack([values, np.ones_like(values)], axis=1))
+    found = kink_in(np.stack([values, np.ones_like(values)], axis=1))
     assert found == (SHARES[interval], SHARES[interval + 1])
 
 
@@ -98,14 +98,14 @@ def test_a_kink_is_between_two_instants(interval: int, share: float, size: float
 def test_a_slight_kink_is_not_looked_for_elsewhere(interval: int, bent: Callable[[FloatArray], FloatArray]) -> None:
     at = 0.5 * float(SHARES[interval] + SHARES[interval + 1])
     for size in (1e-3, 1e-2, 0.1, 1.0, 10.0):
-        found = kink((bent(3.0 * SHARES) + size * np.maximum(SHARES - at, 0.0))[:, None])
+        found = kink_in((bent(3.0 * SHARES) + size * np.maximum(SHARES - at, 0.0))[:, None])
         assert found is None or found == (SHARES[interval], SHARES[interval + 1])
 
 
 @pytest.mark.parametrize("rate", [0.1, 1.0, 3.0, 6.0])
 def test_what_is_smooth_has_no_kink(rate: float) -> None:
     for values in (np.exp(rate * SHARES), np.exp(-rate * SHARES), np.sin(rate * SHARES), SHARES**3):
-        assert kink(values[:, None]) is None
+        assert kink_in(values[:, None]) is None
 
 
 # --- what is tried next
@@ -117,7 +117,7 @@ def test_a_decay_is_found_in_few_rounds(rate: float) -> None:
         return 1.0 - rate * (INTEGRALS @ x)
 
     truth = np.linalg.solve(np.eye(DEGREE + 1) + rate * INTEGRALS, np.ones((DEGREE + 1, 1)))
-    mixed, x, plain = Mixing(np.ones(1)), np.ones((DEGREE + 1, 1)), np.ones((DEGREE + 1, 1))
+    mixed, x, plain = AndersonMixing(np.ones(1)), np.ones((DEGREE + 1, 1)), np.ones((DEGREE + 1, 1))
     for _ in range(11):
         x, plain = mixed.next(x, next_one(x)), next_one(plain)
     off, plainly = np.abs(x - truth).max(), np.abs(plain - truth).max()

@@ -181,10 +181,10 @@ def _noted(called: list[str], name: str, *_: object, **__: object) -> None:
 def test_nothing_of_it_runs_where_nothing_pushes(monkeypatch: pytest.MonkeyPatch) -> None:
     from movimentum.solver.kinds.pushing import PushingKernel
     from movimentum.solver.pushing.contacts import Contacts
-    from movimentum.solver.pushing.course import PushCourse
+    from movimentum.solver.pushing.pushed_path import PushedPath
 
     called: list[str] = []
-    for kind in (PushingKernel, Contacts, PushCourse):
+    for kind in (PushingKernel, Contacts, PushedPath):
         for name in [n for n, value in vars(kind).items() if callable(value)]:
             monkeypatch.setattr(kind, name, partial(_noted, called, name))
     films = [path for path in sorted(SCRIPTS.glob("*.mov")) if ".pushes" not in path.read_text()]

@@ -12,12 +12,25 @@ from scipy.optimize import minimize
 import movimentum as mv
 from movimentum.planning.structure.metric import Metric
 from movimentum.solver.block.problem import Damping
-from movimentum.solver.pushing.dense import DEGREE, SHARES, series
-from movimentum.solver.pushing.law import Instant, Level, held, moved, openings, stopped, without_rounding
-from movimentum.solver.pushing.signs import begins, rooted
-from movimentum.solver.pushing.together import StepInstants, opening, pressing, velocities
+from movimentum.solver.pushing.dense_steps import DEGREE, SHARES, series
+from movimentum.solver.pushing.directions import TurningDirections
+from movimentum.solver.pushing.force_signs import first_negative, root_on_equations
+from movimentum.solver.pushing.push_law import (
+    PushedInstant,
+    WishLevel,
+    not_opening,
+    opening_rates,
+    pushed_velocity,
+    velocity_with_active,
+    without_rounding,
+)
+from movimentum.solver.pushing.push_law_at_instants import (
+    PushedInstants,
+    contact_forces,
+    opening_rates_at_instants,
+    velocities_with_active,
+)
 from movimentum.solver.pushing.tracks import PushTrack
-from movimentum.solver.pushing.turning import Turning
 
 NONE = np.zeros(0, dtype=np.intp)
 
@@ -40,8 +53,8 @@ def instant(seed, *, scale=1.0, level=False, pulled=True):
     levels = []
     if level:
         slopes = random.normal(size=(1, n))
-        levels = [Level(slopes, scale * random.normal(size=1), Damping())]
-    return Instant(
+        levels = [WishLevel(slopes, scale * random.normal(size=1), Damping())]
+    return PushedInstant(
         metric_of(random, n, 1.0), rows, rows @ inside, scale * random.normal(size=n) if pulled else None, levels,
         pushes, pushes @ inside - scale * random.uniform(-0.2, 1.5, k) * (random.random(k) < 0.8),
     )  # fmt: skip
@@ -68,8 +81,8 @@ def best(now, equations, wanted, among=None):
 def test_what_is_pushed_moves_least(seed, scale):
     """With the pull of what is known: the least v'Mv + 2v'p."""
     now = instant(seed, scale=scale, pulled=bool(seed % 2))
-    found = moved(now)
-    unit = Instant(
+    found = pushed_velocity(now)
+    unit = PushedInstant(
         now.metric,
         now.rows,
         now.want / scale,
@@ -84,8 +97,8 @@ def test_what_is_pushed_moves_least(seed, scale):
     assert found.v / scale == pytest.approx(truth, abs=2e-5 * max(1.0, float(np.abs(truth).max())))
     assert found.sure
     # the inequalities that hold it are those that say nothing more: with these as equations it is the same
-    assert held(now, found.holds) == pytest.approx(found.v, rel=1e-9, abs=1e-9 * scale)
-    assert openings(now, found.v) == pytest.approx(found.opening, rel=1e-9, abs=1e-9 * scale)
+    assert velocity_with_active(now, found.holds) == pytest.approx(found.v, rel=1e-9, abs=1e-9 * scale)
+    assert opening_rates(now, found.v) == pytest.approx(found.opening, rel=1e-9, abs=1e-9 * scale)
     assert (found.opening >= -found.tolerance).all()
     assert np.abs(found.opening[found.holds]).max(initial=0.0) <= 1e-9 * scale
     white = now.metric.whitening[0]
@@ -93,14 +106,14 @@ def test_what_is_pushed_moves_least(seed, scale):
     assert found.opening == pytest.approx((now.pushes @ found.v - now.least) / lengths, rel=1e-9, abs=1e-12 * scale)
     # whatever is guessed to hold it
     for guess in (np.arange(len(now.least)), found.holds, np.zeros(1, dtype=np.intp)):
-        again = moved(now, guess.astype(np.intp))
+        again = pushed_velocity(now, guess.astype(np.intp))
         assert again.v == pytest.approx(found.v, rel=1e-7, abs=1e-8 * scale)
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_wish_is_followed_as_far_as_the_inequalities_let_it_and_then_motion_is_least(seed):
     now = instant(100 + seed, level=True)
-    found = moved(now)
+    found = pushed_velocity(now)
     assert found.v is not None
     (level,) = now.levels
     # how near the wish can be had at all
@@ -125,33 +138,35 @@ def test_a_wish_is_followed_as_far_as_the_inequalities_let_it_and_then_motion_is
 def test_what_contradicts_each_other_jams_and_what_is_left_out_does_not():
     metric = metric_of(np.random.default_rng(0), 2, 1.0)
     pushes = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    now = Instant(metric, np.zeros((0, 2)), np.zeros(0), None, (), pushes, np.array([1.0, 0.5, -3.0]))
-    jam = moved(now)
+    now = PushedInstant(metric, np.zeros((0, 2)), np.zeros(0), None, (), pushes, np.array([1.0, 0.5, -3.0]))
+    jam = pushed_velocity(now)
     assert jam.v is None
     assert jam.holds.tolist() == [0, 1]
-    free = moved(now.without([1]))
+    free = pushed_velocity(now.without([1]))
     assert free.v is not None
     assert free.holds.tolist() == [0]
     assert free.v[0] == pytest.approx(1.0)
     dense = metric.dense  # the other unknown goes with it as the metric says
     assert free.v[1] == pytest.approx(-dense[0, 1] / dense[1, 1])
     # opposed and only just met: they are equations
-    just = moved(Instant(metric, np.zeros((0, 2)), np.zeros(0), None, (), pushes[:2], np.array([1.0, -1.0])))
+    just = pushed_velocity(
+        PushedInstant(metric, np.zeros((0, 2)), np.zeros(0), None, (), pushes[:2], np.array([1.0, -1.0]))
+    )
     assert just.v is not None
     assert just.v[0] == pytest.approx(1.0)
-    broken = Instant(metric, np.array([[1.0, np.nan]]), np.zeros(1), None, (), pushes[:1], np.zeros(1))
-    assert np.isnan(moved(broken).v).all()
-    assert np.isnan(held(broken, NONE)).all()
+    broken = PushedInstant(metric, np.array([[1.0, np.nan]]), np.zeros(1), None, (), pushes[:1], np.zeros(1))
+    assert np.isnan(pushed_velocity(broken).v).all()
+    assert np.isnan(velocity_with_active(broken, NONE)).all()
     # what an equation forbids
-    fixed = Instant(metric, np.array([[1.0, 0.0]]), np.array([0.0]), None, (), pushes[:1], np.array([1.0]))
-    assert moved(fixed).v is None
-    assert moved(fixed).holds.tolist() == [0]
+    fixed = PushedInstant(metric, np.array([[1.0, 0.0]]), np.array([0.0]), None, (), pushes[:1], np.array([1.0]))
+    assert pushed_velocity(fixed).v is None
+    assert pushed_velocity(fixed).holds.tolist() == [0]
 
 
 def test_small_helpers_of_the_law():
     assert without_rounding(np.array([1.0, 1e-18, -2.0]), np.array([1.0, 1.0, 1.0])).tolist() == [1.0, 0.0, -2.0]
     assert without_rounding(np.array([1e-9, 1e-27]), np.ones(2)).tolist() == [1e-9, 0.0]
-    which = stopped(np.array([2]), np.array([1.0, 1e-12, 3.0, 1e-10]), np.full(4, 1e-11))
+    which = not_opening(np.array([2]), np.array([1.0, 1e-12, 3.0, 1e-10]), np.full(4, 1e-11))
     assert which.tolist() == [1, 2]
 
 
@@ -161,32 +176,32 @@ def test_many_instants_are_each_as_one_and_contacts_press_where_they_hold(seed, 
     each = [instant(10 * seed, level=level) for _ in range(2)]
     random = np.random.default_rng(seed)
     first = each[0]
-    each[1] = Instant(
+    each[1] = PushedInstant(
         first.metric, first.rows, first.want * 1.1, first.pull, first.levels, first.pushes, first.least + 0.1
     )
     levels = [(np.stack([now.levels[0].slopes for now in each]), np.stack([now.levels[0].want for now in each]),
                Damping())] if level else []  # fmt: skip
-    many = StepInstants(
+    many = PushedInstants(
         first.metric, *(np.stack([getattr(now, name) for now in each]) for name in ("rows", "want")),
         None if first.pull is None else np.stack([now.pull for now in each]), levels,
         *(np.stack([getattr(now, name) for now in each]) for name in ("pushes", "least")), 0.0,
         *(random.normal(size=(2, len(first.least))) for _ in range(3)),
     )  # fmt: skip
-    which = moved(each[0]).holds
-    found = velocities(many, which)
+    which = pushed_velocity(each[0]).holds
+    found = velocities_with_active(many, which)
     assert found is not None
     v, projection = found
     white = first.metric.whitening[0]
     for k, now in enumerate(each):
-        assert v[k] == pytest.approx(held(now, which), rel=1e-8, abs=1e-9)
-        opens, slow = opening(many, v)
-        assert opens[k] == pytest.approx(openings(now, v[k]), rel=1e-9, abs=1e-12)
+        assert v[k] == pytest.approx(velocity_with_active(now, which), rel=1e-8, abs=1e-9)
+        opens, slow = opening_rates_at_instants(many, v)
+        assert opens[k] == pytest.approx(opening_rates(now, v[k]), rel=1e-9, abs=1e-12)
         assert (slow[k] > 0.0).all()
     rows = np.concatenate([first.rows, first.pushes[which]]) @ white
     assert rows @ projection == pytest.approx(np.zeros_like(rows), abs=1e-9)
     assert projection @ projection == pytest.approx(projection, abs=1e-9)
     assert np.trace(projection) == pytest.approx(len(white) - np.linalg.matrix_rank(rows), abs=1e-9)
-    forces = pressing(many, which, v)
+    forces = contact_forces(many, which, v)
     assert forces.shape == (2, 1 + level, len(which))
     if not level and len(which):
         # Lagrange: M v + p = J'a + P'f, with the forces f along rows of unit length in the metric
@@ -214,7 +229,7 @@ def _without(rows, others):
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e5])
 def test_a_steady_turn_is_steady_in_its_direction(scale):
     random = np.random.default_rng(4)
-    turning = Turning(np.array([1, 4]), np.array([2, 3]))
+    turning = TurningDirections(np.array([1, 4]), np.array([2, 3]))
     size, turn = random.uniform(0.9, 1.1, (6, 2)), random.uniform(-3.0, 3.0, (6, 2))
     grows, spins = random.normal(size=(6, 2)), random.normal(size=(6, 2)) * scale
     x = random.normal(size=(6, 5))
@@ -267,12 +282,12 @@ class Step:
 @pytest.mark.parametrize("zero", [10.3, 11.7, 13.9])
 def test_a_sign_that_turns_negative_is_found_and_how_fast(zero):
     times = 10.0 + 4.0 * SHARES
-    found = begins(np.exp(-(times - zero)) - 1.0, Step, 10.0, 14.0)
+    found = first_negative(np.exp(-(times - zero)) - 1.0, Step, 10.0, 14.0)
     assert found is not None
     assert found == pytest.approx((zero, -1.0), rel=1e-4)
     assert found[0] == pytest.approx(zero, abs=1e-7)
-    assert begins(np.exp(times - 10.0), Step, 10.0, 14.0) is None
-    assert begins(np.sign(times - zero), Step, 10.0, 14.0) is None  # not smooth
+    assert first_negative(np.exp(times - 10.0), Step, 10.0, 14.0) is None
+    assert first_negative(np.sign(times - zero), Step, 10.0, 14.0) is None  # not smooth
     asked = []
 
     def value(tau):
@@ -280,13 +295,13 @@ def test_a_sign_that_turns_negative_is_found_and_how_fast(zero):
         return math.cos(tau - zero + math.pi / 2.0)
 
     # by its slope from a good guess, by halves without one or with a bad one
-    assert rooted(value, (zero + 1e-3, -1.0), 10.0, zero + 1.0, 1e-9) == pytest.approx(zero, abs=1e-8)
+    assert root_on_equations(value, (zero + 1e-3, -1.0), 10.0, zero + 1.0, 1e-9) == pytest.approx(zero, abs=1e-8)
     assert len(asked) < 6
     for guess in (None, (10.0, 5.0), (zero + 0.9, -1e-9)):
-        assert rooted(value, guess, zero - 1.0, zero + 1.0, 1e-9) == pytest.approx(zero, abs=2e-9)
-    assert rooted(value, None, zero - 2.0, zero - 1.0, 1e-9) is None
-    assert rooted(value, None, zero + 0.5, zero + 1.0, 1e-9) == zero + 0.5
-    assert rooted(lambda tau: math.nan, (zero, -1.0), 10.0, 14.0, 1e-9) is None
+        assert root_on_equations(value, guess, zero - 1.0, zero + 1.0, 1e-9) == pytest.approx(zero, abs=2e-9)
+    assert root_on_equations(value, None, zero - 2.0, zero - 1.0, 1e-9) is None
+    assert root_on_equations(value, None, zero + 0.5, zero + 1.0, 1e-9) == zero + 0.5
+    assert root_on_equations(lambda tau: math.nan, (zero, -1.0), 10.0, 14.0, 1e-9) is None
 
 
 # --- films in closed form

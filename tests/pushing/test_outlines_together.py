@@ -9,11 +9,11 @@ import pytest
 import shapely
 
 from movimentum.memo import Memo
-from movimentum.planning.blocks.kept import KnownBlocks
+from movimentum.planning.blocks.block_cache import BlockCache
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.solver.pushing.contacts import contacts_of
-from movimentum.solver.pushing.overlap import WholeGap, overlapping
+from movimentum.solver.pushing.overlap import WholeDistance, overlapping_gaps
 from movimentum.timeline.arrange import arrange
 from tests.understand import scene_of
 
@@ -34,7 +34,7 @@ def contacts():
         ".gap(A, B) >= 0 .pushes; .gap(B, D) >= 3 .pushes; .gap(A, D) >= 0 .pushes; @1"
     )
     scene = scene_of(text)
-    plan = compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KnownBlocks(Memo(1)))
+    plan = compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, BlockCache(Memo(1)))
     (block,) = [block for block in plan.blocks if isinstance(block, Pushing)]
     return contacts_of(block)
 
@@ -70,7 +70,7 @@ def test_whole_gaps_and_near_parts_are_as_far_apart_as_shapely_says(made, seed):
             one, other = drawn[gap.first.thing], drawn[gap.second.thing]
             truth = one.distance(other)
             assert apart[g] <= truth + 1e-9  # circles about both are no farther apart
-            value = WholeGap(gap).between(poses, (int(bodies.first[g]), int(bodies.second[g])))
+            value = WholeDistance(gap).between(poses, (int(bodies.first[g]), int(bodies.second[g])))
             if truth > 0.0:
                 assert value == pytest.approx(truth, abs=1e-6)
             else:
@@ -107,7 +107,7 @@ def test_overlaps_are_told_deepest_first_with_what_is_added_to_their_distance(ma
     for _ in range(4):
         poses, drawn = posed(made, random)
         margins = np.array([0.0, -3.0, 0.0])[: len(made.rows.gaps)]
-        found = overlapping(made, poses, margins, 1e-6)
+        found = overlapping_gaps(made, poses, margins, 1e-6)
         assert [each.depth for each in found] == sorted((each.depth for each in found), reverse=True)
         told = {each.things: each.depth for each in found}
         for gap in made.rows.gaps:

@@ -10,10 +10,10 @@ import pytest
 
 from movimentum.arrays import FloatArray
 from movimentum.outlines.moments import contour_moments, disc_moments, summed
-from movimentum.outlines.parts import BOWLS, EDGES, KINDS, KNOBS
-from movimentum.outlines.shapes import circle
+from movimentum.outlines.round_contacts import BOWLS, EDGES, KINDS, KNOBS
+from movimentum.outlines.shapes import circle_outline
 from movimentum.outlines.skin import Skin
-from movimentum.outlines.touching import MeetingPlaces
+from movimentum.outlines.skin_contacts import ContactPairs
 
 PARTS = Skin(
     np.array([[1.0, 2.0, 0.5, 0.3, 1.0], [-1.0, 0.5, 0.25, 2.0, math.pi]]),
@@ -42,9 +42,9 @@ def every() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return kind, i, j
 
 
-def places() -> MeetingPlaces:
+def places() -> ContactPairs:
     kind, i, j = every()
-    return MeetingPlaces(PARTS, kind, i, j, np.zeros_like(kind), np.ones_like(kind))
+    return ContactPairs(PARTS, kind, i, j, np.zeros_like(kind), np.ones_like(kind))
 
 
 def in_world(pose: FloatArray, x: float, y: float) -> FloatArray:
@@ -108,4 +108,4 @@ def test_a_ring_is_a_disc_less_a_disc(radius: float) -> None:
     assert area == pytest.approx(math.pi * radius**2 * 0.75)
     assert (x, y, xy) == (0.0, 0.0, 0.0)
     assert xx == yy == pytest.approx(math.pi / 4.0 * radius**4 * (1.0 - 1.0 / 16.0))
-    assert contour_moments(circle(radius))[0] == pytest.approx(math.pi * radius**2, rel=1e-2)
+    assert contour_moments(circle_outline(radius))[0] == pytest.approx(math.pi * radius**2, rel=1e-2)

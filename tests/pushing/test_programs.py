@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from movimentum.solver.pushing.programs import non_negative, shortest
+from movimentum.solver.pushing.quadratic_program import non_negative_least_squares, shortest_vector
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -16,7 +16,7 @@ def test_the_shortest_vector_is_that_of_another_solver(seed: int) -> None:
     rows = random.normal(size=(count, n))
     inside = random.normal(size=n)  # so that there is one
     least = rows @ inside - random.uniform(0.0, 1.0, count)
-    found = shortest(rows, least)
+    found = shortest_vector(rows, least)
     assert found.y is not None
     assert (rows @ found.y - least).min() > -1e-7
     other = minimize(
@@ -32,14 +32,14 @@ def test_the_shortest_vector_is_that_of_another_solver(seed: int) -> None:
 
 def test_what_contradicts_is_named() -> None:
     rows = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    found = shortest(rows, np.array([1.0, 1.0, 0.5]))
+    found = shortest_vector(rows, np.array([1.0, 1.0, 0.5]))
     assert found.y is None
-    assert found.holding.tolist() == [0, 1]
+    assert found.active.tolist() == [0, 1]
 
 
 def test_rows_that_say_the_same_are_borne() -> None:
     rows = np.array([[1.0, 0.0], [1.0, 0.0], [2.0, 0.0], [-1.0, 0.0]])
-    found = shortest(rows, np.array([1.0, 1.0, 2.0, -1.0]))
+    found = shortest_vector(rows, np.array([1.0, 1.0, 2.0, -1.0]))
     assert found.y is not None
     assert found.y == pytest.approx([1.0, 0.0], abs=1e-8)
 
@@ -50,7 +50,7 @@ def test_non_negative_least_squares(seed: int) -> None:
 
     random = np.random.default_rng(seed)
     matrix, target = random.normal(size=(6, 5)), random.normal(size=6)
-    assert non_negative(matrix, target) == pytest.approx(nnls(matrix, target)[0], abs=1e-9)
+    assert non_negative_least_squares(matrix, target) == pytest.approx(nnls(matrix, target)[0], abs=1e-9)
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-9, 2e-8, 1e-7])
@@ -65,7 +65,7 @@ def test_rows_that_oppose_each_other_and_are_just_met_are_equations(seed: int, o
     others = random.normal(size=(3, n))
     place = 10.0 * random.normal(size=n)
     least = np.concatenate([rows @ place + off * random.choice([-1.0, 1.0], opposing), others @ place - 3.0])
-    found = shortest(np.concatenate([rows, others]), least)
+    found = shortest_vector(np.concatenate([rows, others]), least)
     assert found.y is not None
     assert np.abs(rows @ found.y - rows @ place).max() < 1e-6
     assert (others @ found.y - least[opposing:]).min() > -1e-6
@@ -89,6 +89,6 @@ def test_rows_that_oppose_each_other_and_are_not_met_contradict(opposing: int) -
     rows = np.concatenate([rows, -np.ones((1, opposing - 1)) @ rows, random.normal(size=(1, 5))])
     least = rows @ random.normal(size=5)
     least[0] += 1e-4
-    found = shortest(rows, least)
+    found = shortest_vector(rows, least)
     assert found.y is None
-    assert found.holding.tolist() == list(range(opposing))
+    assert found.active.tolist() == list(range(opposing))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.drawing.parts import FigurePart, PartForm
+from movimentum.drawing.figure_outlines import FigurePart, PartForm
 from movimentum.rendering import coverage
 from movimentum.rendering.coverage import Outline, disc, stroke
 from movimentum.rendering.shapes import part_shape

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from movimentum.drawing.options import PictureOptions, Quality
-from movimentum.drawing.parts import dashes, rounded
+from movimentum.drawing.figure_outlines import dashes, rounded
+from movimentum.drawing.picture_options import PictureOptions, Quality
 from movimentum.rendering.coverage import Outline
 from movimentum.rendering.painter import PaintSession, make_painter
 from movimentum.scene.model import AnchorRef

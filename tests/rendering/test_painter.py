@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from movimentum.drawing.options import FreeMark, PictureOptions, Quality, Show, trace_anchors
+from movimentum.drawing.picture_options import FreeMark, PictureOptions, Quality, Show, trace_anchors
 from movimentum.errors import ScriptError, UsageError
 from movimentum.geometry import View
 from movimentum.rendering import painter as painter_module

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.drawing.options import PictureOptions, Quality
+from movimentum.drawing.picture_options import PictureOptions, Quality
 from movimentum.rendering.painter import make_painter
 from tests.rendering.scenes import BLACK, disc_file, pixels, poses, scene, square_file, thing
 

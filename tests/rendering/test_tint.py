@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from movimentum.drawing.options import PictureOptions, Quality
+from movimentum.drawing.picture_options import PictureOptions, Quality
 from movimentum.rendering.painter import make_painter
 from movimentum.scene.model import AnchorRef
 from movimentum.things.colors import INK

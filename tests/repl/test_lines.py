@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 import sympy
 
-from movimentum.analysis.interactive.spelling import spelled
+from movimentum.analysis.interactive.spelling import in_language
 from movimentum.query import parsed_statement
 from movimentum.repl.history import KeptHistory, history_file, opened_history
 from movimentum.repl.lines import logical_lines, unfinished
@@ -152,7 +152,7 @@ def test_no_place_for_a_history_is_no_error(tmp_path, monkeypatch):
 def test_formulas_are_spelled_in_the_language(crank, formula):
     t = sympy.Symbol("t", real=True)
     expression = sympy.sympify(formula, locals={"t": t})
-    text = spelled(expression)
+    text = in_language(expression)
     assert parsed_statement(f"x = {text};", text) is not None
     session = opened(str(crank), Choices())
     for time in ("1/10", "7/10", "1"):
@@ -165,8 +165,8 @@ def test_formulas_are_spelled_in_the_language(crank, formula):
 
 def test_what_the_language_cannot_say_is_not_spelled():
     t = sympy.Symbol("t")
-    assert spelled(sympy.gamma(t)) is None
-    assert spelled(2**t) is None
+    assert in_language(sympy.gamma(t)) is None
+    assert in_language(2**t) is None
 
 
 def test_a_constant_that_is_too_long_is_offered(tmp_path, monkeypatch):

@@ -211,7 +211,7 @@ def test_free_motion_is_told_and_stopped(talk):
 
 
 def test_wiggling_keeps_everything_else_true(talk, tmp_path):
-    from movimentum.analysis.interactive.branches import wiggles
+    from movimentum.analysis.interactive.branches import free_swings
 
     say = talk(SLIDER.replace("   Rod.B=[x,100];  x > 100;\n", ""))
     said = say(f"wiggle {tmp_path / 'a.gif'}")
@@ -219,7 +219,7 @@ def test_wiggling_keeps_everything_else_true(talk, tmp_path):
     with Image.open(tmp_path / "a.gif") as film:
         assert film.n_frames > 10
     segment_motion = say.session.segment_motion
-    ((_motion, moments),) = wiggles(segment_motion, segment_motion.pieces[0], 0.0)
+    ((_motion, moments),) = free_swings(segment_motion, segment_motion.pieces[0], 0.0)
     turns = []
     for moment in moments:
         rod = moment.things[1]

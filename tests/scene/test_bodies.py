@@ -9,7 +9,14 @@ import pytest
 
 import movimentum as mv
 from movimentum.errors import ScriptError
-from movimentum.outlines.joined import disc, less, merged, outlines_of, placed, region_of
+from movimentum.outlines.boolean_operations import (
+    difference_of,
+    disc_region,
+    outlines_of,
+    region_of,
+    transformed,
+    union_of,
+)
 from movimentum.outlines.lines import polygon, there_and_back
 
 HERE = (1.0, 0.0, 0.0, 1.0)
@@ -44,31 +51,31 @@ def test_areas_of_circles_that_are_joined_or_cut(seed):
     r, s = random.uniform(5, 40, 2)
     d = random.uniform(abs(r - s) + 0.5, r + s - 0.5)
     turn = random.uniform(0, 2 * math.pi)
-    other = placed(disc(s), HERE, (d * math.cos(turn), d * math.sin(turn)))
+    other = transformed(disc_region(s), HERE, (d * math.cos(turn), d * math.sin(turn)))
     both = math.pi * (r * r + s * s)
-    assert area(merged(disc(r), other)) == pytest.approx(both - lens(r, s, d), rel=1e-12)
-    assert area(less(disc(r), other)) == pytest.approx(math.pi * r * r - lens(r, s, d), rel=1e-12)
+    assert area(union_of(disc_region(r), other)) == pytest.approx(both - lens(r, s, d), rel=1e-12)
+    assert area(difference_of(disc_region(r), other)) == pytest.approx(math.pi * r * r - lens(r, s, d), rel=1e-12)
 
 
 def test_edges_that_lie_on_each_other_leave_no_seam():
-    two = merged(box(0, 0, 10, 5), box(10, 0, 20, 5))
+    two = union_of(box(0, 0, 10, 5), box(10, 0, 20, 5))
     assert [len(piece) for piece in outlines_of(two)] == [1]
     assert area(two) == 100.0
-    beside = merged(box(0, 0, 10, 5), box(10, 1, 20, 3))
+    beside = union_of(box(0, 0, 10, 5), box(10, 1, 20, 3))
     assert area(beside) == 70.0
     assert len(outlines_of(beside)) == 1
-    assert area(merged(disc(10.0), disc(10.0))) == pytest.approx(100 * math.pi)
-    assert less(disc(10.0), disc(10.0)) == []
-    assert area(less(box(0, 0, 10, 5), box(3, 0, 5, 2))) == 46.0  # a notch with its edge on the edge
+    assert area(union_of(disc_region(10.0), disc_region(10.0))) == pytest.approx(100 * math.pi)
+    assert difference_of(disc_region(10.0), disc_region(10.0)) == []
+    assert area(difference_of(box(0, 0, 10, 5), box(3, 0, 5, 2))) == 46.0  # a notch with its edge on the edge
 
 
 def test_holes_and_pieces():
-    frame = merged(merged(box(0, 0, 30, 5), box(0, 25, 30, 30)), merged(box(0, 0, 5, 30), box(25, 0, 30, 30)))
+    frame = union_of(union_of(box(0, 0, 30, 5), box(0, 25, 30, 30)), union_of(box(0, 0, 5, 30), box(25, 0, 30, 30)))
     assert [len(piece) for piece in outlines_of(frame)] == [2]
     assert area(frame) == 500.0
-    apart = merged(disc(5.0), placed(disc(5.0), HERE, (40.0, 0.0)))
+    apart = union_of(disc_region(5.0), transformed(disc_region(5.0), HERE, (40.0, 0.0)))
     assert [len(piece) for piece in outlines_of(apart)] == [1, 1]
-    halves = less(disc(10.0), box(-1, -20, 1, 20))
+    halves = difference_of(disc_region(10.0), box(-1, -20, 1, 20))
     assert [len(piece) for piece in outlines_of(halves)] == [1, 1]
 
 

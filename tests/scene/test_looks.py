@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.analysis.live import with_numbers
+from movimentum.analysis.shown_numbers import with_shown_numbers
 from movimentum.drawing.texts import number_text, written
 from movimentum.scene.model import AnchorRef
 from movimentum.scene.themes import THEMES
@@ -103,7 +103,7 @@ def test_texts_show_the_motion_in_every_frame():
         "@1 A.P = [0,0]; A.angle = 90*.t; x = .t - 0.5; @2"
     ).solve()
     whole = motion.solution.motion
-    poses = with_numbers(whole, motion.poses())
+    poses = with_shown_numbers(whole, motion.poses())
     label = whole.timeline.scene.things[1]
     found = written(label.pieces, 1, poses)
     assert found[0] == "0° -0.5 0.5 {} 0.00 1.00 0"
@@ -124,6 +124,6 @@ def test_numbers_of_pictures_change_no_poses():
         "A : .bar P = [0,0] Q = [10,0]; L : .label('{A.angle}') at = [0,0]; @0 A.P = [0,0]; A.angle = 9*.t; @1"
     ).solve()
     plain = motion.poses()
-    shown = with_numbers(motion.solution.motion, plain)
+    shown = with_shown_numbers(motion.solution.motion, plain)
     assert not plain.properties
     assert np.array_equal(plain.origin, shown.origin)

@@ -10,7 +10,7 @@ PAGE = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "do
 
 
 def test_the_words_are_those_of_the_language() -> None:
-    from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS, THING_MEMBERS, VECTOR_MEMBERS
+    from movimentum.syntax.vocabulary import CLOCKS, FUNCTIONS, SYNONYMS, THING_MEMBERS, VECTOR_MEMBERS
     from movimentum.things.registry import KINDS, SHAPES
 
     options = {rule.name for kind in KINDS.values() for rule in kind.options}

@@ -14,7 +14,7 @@ from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.linear_rows import sparse_rows
 from movimentum.planning.structure.metric import Metric
-from movimentum.solver.block.local import Local, PlaceOn
+from movimentum.solver.block.block_at_instant import BlockAtInstant, OutlinePlace
 from movimentum.solver.block.problem import BlockProblem
 
 TIME = clock(Fraction(0))
@@ -98,8 +98,8 @@ def local_of(
     delta: float = 1e-5,
     low: float = -10.0,
     high: float = 10.0,
-    places: tuple[PlaceOn, ...] = (),
+    places: tuple[OutlinePlace, ...] = (),
     scale: object = 1.0,
-) -> Local:
+) -> BlockAtInstant:
     """The block at one instant of the path from ``low`` to ``high``."""
-    return Local(block, lambda tau: problem_at(block, tau, scale=scale), delta, low, high, places=places)
+    return BlockAtInstant(block, lambda tau: problem_at(block, tau, scale=scale), delta, low, high, places=places)

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from movimentum.expressions import Expr, add, call, clock, const, div, mul, power, ratio
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.draft import DraftMotion, drafted
+from movimentum.solver.accuracy.draft import DraftMotion, interpolated_motion
 from movimentum.solver.accuracy.polish import RefinedPoses
-from movimentum.solver.accuracy.refinement import refined
+from movimentum.solver.accuracy.refinement import refine
 from movimentum.solver.arithmetic.double_double import WideArithmetic
-from movimentum.solver.arithmetic.evaluation import Evaluator, ordered
+from movimentum.solver.arithmetic.evaluation import Evaluator, ordered_nodes
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
@@ -86,7 +86,7 @@ def digits_right(text: str, truth: mpmath.mpf) -> float:
 
 
 def test_a_slider_crank_to_50_digits() -> None:
-    motion = refined(motion_of(SLIDER), Accuracy.EXACT, 50)
+    motion = refine(motion_of(SLIDER), Accuracy.EXACT, 50)
     poses = every(motion)
     texts = poses.texts(poses.scalars["x", None])
     worst = min(digits_right(text, slider(Fraction(k, 12))) for k, text in enumerate(texts))
@@ -98,7 +98,7 @@ def test_a_slider_crank_to_50_digits() -> None:
 @pytest.mark.parametrize("digits", [5, 20, 50, 120 - 20, 300])
 def test_a_four_bar_to_any_digits(digits: int) -> None:
     MP.dps = max(120, digits + 30)
-    poses = refined(motion_of(FOUR_BAR), Accuracy.EXACT, digits).poses(0, 6)
+    poses = refine(motion_of(FOUR_BAR), Accuracy.EXACT, digits).poses(0, 6)
     for k in range(6):
         x, y = four_bar(Fraction(k, 7))
         assert digits_right(poses.texts(poses.coordinate(1, (4.1, 0.1), 0))[k], x) >= digits - 0.5
@@ -106,7 +106,7 @@ def test_a_four_bar_to_any_digits(digits: int) -> None:
 
 
 def test_high_is_right_to_the_last_bit() -> None:
-    poses = every(refined(motion_of(FOUR_BAR), Accuracy.HIGH))
+    poses = every(refine(motion_of(FOUR_BAR), Accuracy.HIGH))
     for k in range(36):
         assert poses.world(1, (4.1, 0.1))[k].tolist() == [float(value) for value in four_bar(Fraction(k, 7))]
 
@@ -117,7 +117,7 @@ def test_a_dead_centre_narrowly_missed(missed: str) -> None:
         ".config(10, 400, 300); Rod : .bar A = [0,0] B = A + [50,0];"
         f"@0 Rod.A = [0,0]; Rod.B = [x, 50 - {missed} - 20*.t*.t]; x > 0; @1"
     )
-    standard, high, exact = every(motion), every(refined(motion, Accuracy.HIGH)), every(refined(motion, Accuracy.EXACT))
+    standard, high, exact = every(motion), every(refine(motion, Accuracy.HIGH)), every(refine(motion, Accuracy.EXACT))
     assert isinstance(exact, RefinedPoses)
     texts = exact.texts(exact.scalars["x", None])
     for k, text in enumerate(texts):
@@ -139,7 +139,7 @@ def test_a_dead_centre_hit_exactly() -> None:
         @0 A.O = [100,100]; B.O = [180,100]; A.angle = 90*.t - 45; C.P = A.P; C.Q = B.Q; @4"""
     )
     for tier, digits in (("high", 19), ("exact", 50)):
-        better = refined(motion, tier)
+        better = refine(motion, tier)
         poses = better.poses(0, 9)
         assert better.attained.time is None
         for thing in (0, 2):
@@ -154,7 +154,7 @@ def test_where_digits_are_lost_it_is_told(tier: Accuracy) -> None:
         """.config(4, 60, 60); Bar : .bar A = [10,10] B = A + [20,0];
         @0 Bar.A = [10,10]; Bar.angle = x; (x - 1)^4 = (.t - 1/2)^2*(.t - 1/2)^2; x > 0.4; @1"""
     )
-    better = refined(motion, tier)
+    better = refine(motion, tier)
     poses = better.poses(0, 5)
     assert better.attained.time == Fraction(1, 2)
     assert 5.0 <= better.attained.digits < 15.5
@@ -170,7 +170,7 @@ def test_nearly_parallel_lines() -> None:
         @0 R.A = [0,0]; R.angle = 0.1 + .t; S.A = [0,1]; S.angle = 0.1 + .t + 0.0000001;
            Dot.C = R.A + u*(R.B - R.A); Dot.C = S.A + w*(S.B - S.A); @1"""
     )
-    standard, high, exact = every(motion), every(refined(motion, Accuracy.HIGH)), every(refined(motion, Accuracy.EXACT))
+    standard, high, exact = every(motion), every(refine(motion, Accuracy.HIGH)), every(refine(motion, Accuracy.EXACT))
     assert isinstance(exact, RefinedPoses)
     texts = exact.texts(exact.scalars["u", None])
     for k, text in enumerate(texts):
@@ -191,7 +191,7 @@ def test_constants_are_those_of_the_script() -> None:
         @0 Bar.A = [0.1,0]; Bar.angle = 0;  a = 1/3 + .t; b = .pi*2; c = .sqrt(2)*0.1; d = .sin(10)^2; e = 2^(1/3);
         @1"""
     )
-    poses = refined(motion, Accuracy.EXACT, 40).poses(1, 2)
+    poses = refine(motion, Accuracy.EXACT, 40).poses(1, 2)
     expected = {
         "a": mpf(Fraction(1, 3) + Fraction(1, 7)),
         "b": 2 * MP.pi,
@@ -213,7 +213,7 @@ def test_integrals_have_their_digits() -> None:
         @0 Bar.A = [0,0]; Bar.angle = .i(30*.t + 10*.cos(50*.t)); a = .i(.exp(.t/3)*.t); b = .i(1/(1 + .t*.t));
         @2"""
     )
-    better = refined(motion, Accuracy.EXACT, 50)
+    better = refine(motion, Accuracy.EXACT, 50)
     poses = better.poses(0, 7)
     for k in range(7):
         t = mpf(Fraction(k, 3))
@@ -222,7 +222,7 @@ def test_integrals_have_their_digits() -> None:
         assert abs(MP.mpf(poses.texts(poses.pose[0].angle)[k]) - angle) < MP.mpf(10) ** -47
         assert abs(MP.mpf(poses.texts(poses.scalars["a", None])[k]) - a) < MP.mpf(10) ** -48
         assert abs(MP.mpf(poses.texts(poses.scalars["b", None])[k]) - MP.atan(t)) < MP.mpf(10) ** -48
-    assert not better.attained.rough
+    assert not better.attained.inexact
 
 
 @pytest.mark.parametrize("tier", [Accuracy.HIGH, Accuracy.EXACT])
@@ -235,9 +235,9 @@ def test_integrals_of_integrals_and_over_steps(tier: Accuracy) -> None:
         @1 a = 1/7 - 3*.t;
         @2"""
     )
-    better = refined(motion, tier, 40 if tier is Accuracy.EXACT else None)
+    better = refine(motion, tier, 40 if tier is Accuracy.EXACT else None)
     poses = better.poses(0, 7)
-    assert not better.attained.rough
+    assert not better.attained.inexact
     first = MP.sin(radians(40)) * 7
     for k in range(7):
         t = mpf(Fraction(k, 3))
@@ -258,9 +258,9 @@ def test_what_no_equation_gives_is_told() -> None:
     motion = motion_of(
         ".config(4, 100, 100); Bar : .bar A = [0,0] B = A + [20,0];@0 Bar.A = [0,0]; x = 10 - .i(x); Bar.angle = x; @1"
     )
-    better = refined(motion, Accuracy.EXACT)
+    better = refine(motion, Accuracy.EXACT)
     poses = better.poses(0, 5)
-    assert better.attained.rough
+    assert better.attained.inexact
     assert abs(float(poses.scalars["x", None][4]) - 10 * math.exp(-1)) < 1e-9
 
 
@@ -272,7 +272,7 @@ def test_what_a_later_step_does_not_mention_keeps_its_digits() -> None:
         @1 Bar.A = _; Bar.angle = _;
         @2"""
     )
-    poses = refined(motion, Accuracy.EXACT, 40).poses(0, 7)
+    poses = refine(motion, Accuracy.EXACT, 40).poses(0, 7)
     x = 10 * MP.cos(radians(mpf(Fraction(100, 3))))
     assert digits_right(poses.texts(poses.coordinate(0, (10.0, 0.0), 0))[6], x) >= 39.0
 
@@ -291,7 +291,7 @@ def farthest(motion: PathMotion, some: Poses, others: Poses) -> float:
 @pytest.mark.parametrize("fps", [3, 12, 997])
 def test_a_draft_is_no_worse_than_it_says(script: str, fps: int) -> None:
     motion = motion_of(script, fps)
-    draft = drafted(motion, lambda piece, fps: True)
+    draft = interpolated_motion(motion, lambda piece, fps: True)
     assert isinstance(draft, DraftMotion)
     claim = draft.error
     off = farthest(motion, every(draft), every(motion))
@@ -300,10 +300,10 @@ def test_a_draft_is_no_worse_than_it_says(script: str, fps: int) -> None:
 
 def test_a_draft_is_made_where_it_gains_and_nowhere_else() -> None:
     """Closed forms, and few frames, are as they are; a loop that is solved frame by frame, in very many, is not."""
-    assert drafted(few := motion_of(FOUR_BAR, 997)) is few
+    assert interpolated_motion(few := motion_of(FOUR_BAR, 997)) is few
     linkage = (ROOT / "scripts" / "peaucellier-linkage.mov").read_text(encoding="utf-8")
-    assert drafted(few := motion_of(linkage, 25)) is few
-    assert isinstance(drafted(motion_of(linkage, 2000)), DraftMotion)
+    assert interpolated_motion(few := motion_of(linkage, 25)) is few
+    assert isinstance(interpolated_motion(motion_of(linkage, 2000)), DraftMotion)
 
 
 def test_a_draft_solves_what_it_cannot_interpolate() -> None:
@@ -312,7 +312,7 @@ def test_a_draft_solves_what_it_cannot_interpolate() -> None:
         ".config(40, 100, 100); Rod : .bar A = [30,40] B = A + [21,0];"
         "@0 Rod.A = [30,40]; Rod.B = [30 + 40*.t, y]; y >= 40; @1"
     )
-    draft = drafted(motion, lambda piece, fps: True)
+    draft = interpolated_motion(motion, lambda piece, fps: True)
     assert isinstance(draft, DraftMotion)
     claim = draft.error
     some, others = every(draft), every(motion)
@@ -342,8 +342,8 @@ def test_two_floats_are_thirty_digits(op: str, a: Fraction, b: Fraction) -> None
     ]
     time = Fraction(1, 7)
     for expression in expressions:
-        (low,) = wide.values(ordered([expression]), [expression], lambda _: wide.rational(time))
-        (high,) = digits.values(ordered([expression]), [expression], lambda _: digits.rational(time))
+        (low,) = wide.values(ordered_nodes([expression]), [expression], lambda _: wide.rational(time))
+        (high,) = digits.values(ordered_nodes([expression]), [expression], lambda _: digits.rational(time))
         if op == "tand" and abs(high[0]) > 1e3:
             continue
         if expression.op in ("mod", "floor") and (a + time) % (b if expression.op == "mod" else 1) == 0:

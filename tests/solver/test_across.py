@@ -9,10 +9,10 @@ import pytest
 
 from movimentum.arrays import unwound_from
 from movimentum.planning.blocks.kinds import Block
-from movimentum.solver.continuation.ode import Flow, Slopes
-from movimentum.solver.kinds.integral import _GAUSS_X, _WITHIN, with_points
+from movimentum.solver.continuation.ode import Collocation, RateFunctions
+from movimentum.solver.kinds.integral import _GAUSS_X, _INTEGRALS_WITHIN, with_points
 from movimentum.solver.kinds.kernels import _MAKERS, KERNELS
-from movimentum.solver.start.judgements import satisfied
+from movimentum.solver.start.early_checks import satisfied
 
 
 def test_the_points_of_a_quadrature_lie_between_those_that_are_there():
@@ -25,7 +25,7 @@ def test_the_points_of_a_quadrature_lie_between_those_that_are_there():
 @pytest.mark.parametrize("power", range(8))
 def test_polynomials_are_integrated_exactly_up_to_each_point(power):
     whole = (_GAUSS_X ** (power + 1) - (-1.0) ** (power + 1)) / (power + 1)
-    np.testing.assert_allclose(_WITHIN @ _GAUSS_X**power, whole, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(_INTEGRALS_WITHIN @ _GAUSS_X**power, whole, rtol=0.0, atol=1e-14)
 
 
 def test_angles_of_many_variants_go_on_through_whole_turns():
@@ -48,11 +48,11 @@ def test_systems_side_by_side_are_each_solved_as_alone():
             place, speed = z.reshape(len(tau), 3, 2).transpose(2, 0, 1)
             return x, np.stack([speed, -(speeds**2) * place], axis=2).reshape(len(tau), 6)
 
-        return Slopes(rates, slopes, lambda z, x: np.zeros_like(z))
+        return RateFunctions(rates, slopes, lambda z, x: np.zeros_like(z))
 
     tau = np.linspace(0.0, 2.0, 41)
     begun = np.stack([np.ones(3), np.zeros(3)], axis=1).reshape(-1)
-    track = Flow(equation, tau, np.zeros(0), systems=3).track(np.zeros(0), begun, 2.0)
+    track = Collocation(equation, tau, np.zeros(0), systems=3).track(np.zeros(0), begun, 2.0)
     np.testing.assert_allclose(track.states.guess(tau)[::2], np.cos(speeds[:, None] * tau), rtol=0.0, atol=1e-10)
 
 

@@ -17,13 +17,13 @@ from movimentum.expressions import add, clock, mul, symbol
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import BodyUnknowns, PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import replace
-from movimentum.scene.leaves import Bearing, ContactPlace, Kept
+from movimentum.scene.leaves import Bearing, ContactPlace, StoredValue
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
-from movimentum.solver.assembly import held
-from movimentum.solver.basis.body_pose import BodyPose, numbers_of, pose_part, read_off, solved_pose
-from movimentum.solver.basis.known_so_far import KnownSoFar
-from movimentum.solver.basis.pose_state import Carry, Snapshot, as_drawn
-from movimentum.solver.basis.upstream import finders, idle_windings
+from movimentum.solver.basis.body_pose import BodyPose, numbers_of, pose_part, solved_pose, values_in_poses
+from movimentum.solver.basis.dependencies import blocks_for, unused_windings
+from movimentum.solver.basis.partial_pose import PartialPose
+from movimentum.solver.basis.pose_state import PoseState, Snapshot, as_drawn
+from movimentum.solver.pose_assembly import at_rest
 from tests.solver.scenes import plan_of, posed, scene_of, unknown
 
 SIZES = st.sampled_from([1e-3, 1.0, 1e6])
@@ -99,7 +99,9 @@ def test_what_is_read_off_poses():
         ThingAngle(7),
         "x",
     ]
-    found = read_off(payloads, {0: pose}, lambda thing, number: (10.0 * thing + number, 5.0), lambda name: name * 2)
+    found = values_in_poses(
+        payloads, {0: pose}, lambda thing, number: (10.0 * thing + number, 5.0), lambda name: name * 2
+    )
     assert found[:5] == pytest.approx([3 - 5, 4 + 1, 90, 5, 0])
     assert found[5] == "xx"
 
@@ -139,7 +141,7 @@ def test_a_moment_gives_the_unknowns_of_any_plan(degrees, place):
 def test_a_moment_reads_expressions_of_the_scene():
     scene = scene_of(LEVER)
     now = Snapshot((posed(1 + 2j, 90.0), posed(0j, 0.0)), {VariableComponent("x", None): 2.5})
-    kept = Kept(symbol("old"), Fraction(1))
+    kept = StoredValue(symbol("old"), Fraction(1))
     x, y = symbol(AnchorCoordinate(0, 1, 0)), symbol(AnchorCoordinate(0, 1, 1))
     bearing = Bearing("here", 350.0, symbol(AnchorCoordinate(0, 0, 1)), symbol(AnchorCoordinate(0, 0, 0)))
     roots = [x, y, symbol(ThingAngle(0)), symbol(ThingProperty(1, "opacity")), symbol(VariableComponent("x", None)),
@@ -189,12 +191,12 @@ def test_a_rate_is_the_difference_over_the_span():
     n = plan.system.number_of[PoseX(0)]
     frame = complex(*plan.system.frame(0).origin)
     places = [p + cmath.exp(1j * math.radians(d)) * frame for p, d in ((1j, 10.0), (1 + 1j, 16.0))]
-    assert Carry(now, before, 0.5).rate(plan.system, n) == pytest.approx((places[1] - places[0]).real / 0.5)
-    assert Carry(now, None, 0.5).rate(plan.system, n) is None
-    assert Carry(now, before, 0.0).rate(plan.system, n) is None
-    assert Carry(now, before, 0.5).rate(plan.system, turned) is None  # has no value
-    assert held(Carry(now, before, 0.5)).before is None
-    assert held(Carry(now, before, 0.5)).now is now
+    assert PoseState(now, before, 0.5).rate(plan.system, n) == pytest.approx((places[1] - places[0]).real / 0.5)
+    assert PoseState(now, None, 0.5).rate(plan.system, n) is None
+    assert PoseState(now, before, 0.0).rate(plan.system, n) is None
+    assert PoseState(now, before, 0.5).rate(plan.system, turned) is None  # has no value
+    assert at_rest(PoseState(now, before, 0.5)).before is None
+    assert at_rest(PoseState(now, before, 0.5)).now is now
 
 
 def test_what_is_known_so_far_replaces_what_was():
@@ -205,18 +207,18 @@ def test_what_is_known_so_far_replaces_what_was():
     for part in (PoseX, PoseY, PoseCos, PoseSin):
         n = plan.system.number_of[part(0)]
         values[n] = np.array([Snapshot((arm, arm)).value(plan.system, n), 1e9])  # the first instant counts
-    known = KnownSoFar.of(plan, values.get, base, Fraction(0))
+    known = PartialPose.of(plan, values.get, base, Fraction(0))
     one, other = known.moment.things
     assert (one.x, one.y, one.c, one.s) == pytest.approx((arm.x, arm.y, arm.c, arm.s))
     assert one.angle == pytest.approx(77.0)
     assert (other.x, other.y) == pytest.approx((0.0, -3.0))
     assert known.moment.others[VariableComponent("x", None)] == 1.0
-    numbered = KnownSoFar.of(plan, {unknown(plan, "x"): np.array([4.0, 5.0])}.get, base, Fraction(0))
+    numbered = PartialPose.of(plan, {unknown(plan, "x"): np.array([4.0, 5.0])}.get, base, Fraction(0))
     assert numbered.moment.others[VariableComponent("x", None)] == 4.0
     place = ContactPlace(None, (symbol(AnchorCoordinate(0, 0, 0)), clock(Fraction(0))))  # type: ignore[arg-type]
-    timed = KnownSoFar(plan, base, Fraction(3))
+    timed = PartialPose(plan, base, Fraction(3))
     assert timed.pose_of(place) == pytest.approx(((7 + 7j + cmath.exp(1j * math.pi / 6) * (3 + 4j)).real, 3.0))
-    assert timed.pose_of(replace(place, pose=(*place.pose, symbol(Kept(symbol("v"), Fraction(1)))))) is None
+    assert timed.pose_of(replace(place, pose=(*place.pose, symbol(StoredValue(symbol("v"), Fraction(1)))))) is None
 
 
 # --- dependencies
@@ -236,7 +238,7 @@ def test_finders_are_all_ancestors(seed):
     graph.add_edges_from((n, i) for i, some in enumerate(reads) for n in some)
     for some in ([5], [33, 9], [59, 1], []):
         exact = set(some).union(*(nx.ancestors(graph, n) for n in some))
-        assert finders(plan, [2 * n + 1 for n in some] + [999]) == tuple(sorted(exact))
+        assert blocks_for(plan, [2 * n + 1 for n in some] + [999]) == tuple(sorted(exact))
 
 
 def test_angles_that_nothing_reads_are_idle():
@@ -247,9 +249,9 @@ def test_angles_that_nothing_reads_are_idle():
     @0 A.P = [0, 0]; A.Q = [x, 3]; x > 0; B.P = [1, 1]; B.Q.y = 4; B.Q.x > 1; D.P = [0, 9]; D.angle = B.angle + 1;
        C.P = [5, 5]; C.Q = [y, 8]; y > 5; C.angle = c; c > 5; @1
     """)
-    idle = idle_windings(plan)
+    idle = unused_windings(plan)
     names = {plan.system.unknowns[n].name for number in idle for n in plan.blocks[number].unknowns}
     assert "A.angle" in names
     assert not names & {"B.angle", "C.angle"}
     angle = unknown(plan, "A.angle")
-    assert not idle_windings(plan, {angle}) & {plan.owner[angle]}
+    assert not unused_windings(plan, {angle}) & {plan.owner[angle]}

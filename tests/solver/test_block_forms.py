@@ -20,11 +20,11 @@ from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.block import closed_form
+from movimentum.solver.block.block_at_instant import OutlinePlace
+from movimentum.solver.block.curve_ends import inside_of_ends, is_past_end, open_places_of
 from movimentum.solver.block.formulas import UnknownFormulas
-from movimentum.solver.block.local import PlaceOn
-from movimentum.solver.block.outline_ends import ends_of, inside, is_past_end
-from movimentum.solver.block.rates import Moment, _Solver, differentiated
-from movimentum.solver.block.turns import _lattice, as_wound, unwound
+from movimentum.solver.block.full_turns import _lattice, keeps_cord_turns, without_full_turns
+from movimentum.solver.block.rates import SeriesMoment, _Solver, differentiated
 from movimentum.tolerances import PAST_AN_END
 from tests.solver.blocks import TIME, less, local_of, newton_block, problem_at, times, total, unknowns
 from tests.solver.scenes import motion_of, plan_of, unknown
@@ -119,7 +119,7 @@ def test_both_roots_of_a_slider_crank(a, b, sign):
         for after in piece.plan.blocks[block.number :]:
             closed_form.fill_explicit(after, state, instants.clocks)
         found.append(state[number])
-        assert np.array_equal(closed_form.branch(block, state, instants.clocks, float(-each))[0], margin)
+        assert np.array_equal(closed_form.solve_branch(block, state, instants.clocks, float(-each))[0], margin)
         assert np.array_equal(closed_form.margin(block, state, instants.clocks), margin)
         assert (margin > 0.0).all()
     angle = np.radians(10.0 + 30.0 * instants.tau)
@@ -145,7 +145,7 @@ def test_implicit_derivatives_are_those_of_the_known_curve(size):
     plan = plan_of(TRIANGLE.format(a=1, b=3, side="x > 0;"))
     curves = [lambda t: size * mpmath.exp(t) * mpmath.cos(t), lambda t: size * mpmath.exp(t) * mpmath.sin(t)]
     values: list = [(np.array([float(f(t)) for t in tau]),) for f in curves]
-    moment = Moment(plan, at_offsets(plan.clocks, Fraction(0), tau), values, ahead=True)
+    moment = SeriesMoment(plan, at_offsets(plan.clocks, Fraction(0), tau), values, ahead=True)
     nodes = list(walk(*rows))
     stated = BlockRows(
         unknowns=(0, 1), residuals=tuple(rows), nodes=nodes, slopes=block.slopes, slope_nodes=list(walk(*block.slopes)),
@@ -197,7 +197,7 @@ def test_singular_and_infinite_systems_are_told_apart_and_spoil_nothing():
 
 def test_a_moment_reads_clocks_that_a_plan_does_not_have():
     plan = plan_of(TRIANGLE.format(a=1, b=3, side="x > 0;"))
-    moment = Moment(plan, at_offsets(plan.clocks, Fraction(0), np.array([0.25, 2.0])), [None], ahead=True)
+    moment = SeriesMoment(plan, at_offsets(plan.clocks, Fraction(0), np.array([0.25, 2.0])), [None], ahead=True)
     for start in (*plan.clocks, Fraction(-3, 2), Fraction(1, 8)):
         first, slope = moment.clock(clock(start))
         assert first.tolist() == [0.25 - float(start), 2.0 - float(start)]
@@ -274,21 +274,27 @@ def test_an_angle_alone_is_turned_back_to_near_zero(turns):
     angle = symbol(number)
     loose = newton_block([less(call("sind", angle), 0.5), less(call("cosd", angle), math.sqrt(0.75))], (number,))
     given = np.array([30.0 + 360.0 * turns])
-    first, *rest = unwound(plan, problem_at(loose, scale=57.3), [given], carry)
+    first, *rest = without_full_turns(plan, problem_at(loose, scale=57.3), [given], carry)
     assert first == pytest.approx([30.0], abs=1e-9)
     assert [other.tolist() for other in rest] == ([given.tolist()] if turns else [])
     tied = newton_block([less(angle, float(given[0]))], (number,))
-    assert [x.tolist() for x in unwound(plan, problem_at(tied, scale=57.3), [given], carry)] == [given.tolist()]
+    assert [x.tolist() for x in without_full_turns(plan, problem_at(tied, scale=57.3), [given], carry)] == [
+        given.tolist()
+    ]
 
 
 def test_a_new_angle_is_nearest_to_nothing_a_known_one_to_what_it_was():
     plan = plan_of(ANGLES.format(b=30))
     carry, n = as_drawn(plan.system.scene), unknown(plan, "A.angle")
     block = newton_block([call("sind", less(symbol(n), 180.4)), less(call("cosd", less(symbol(n), 180.4)), 1.0)], (n,))
-    assert unwound(plan, problem_at(block, scale=57.3), [np.array([180.4])], carry)[0] == pytest.approx([-179.6])
+    assert without_full_turns(plan, problem_at(block, scale=57.3), [np.array([180.4])], carry)[0] == pytest.approx(
+        [-179.6]
+    )
     turned = (replace(carry.now.things[0], angle=700.0), carry.now.things[1])
     known = replace(carry, now=replace(carry.now, things=turned, known=frozenset({0})))
-    assert unwound(plan, problem_at(block, scale=57.3), [np.array([180.4])], known)[0] == pytest.approx([540.4])
+    assert without_full_turns(plan, problem_at(block, scale=57.3), [np.array([180.4])], known)[0] == pytest.approx(
+        [540.4]
+    )
 
 
 @pytest.mark.parametrize(("ratio", "turns"), [(1, (2, 2)), (2, (2, 4)), (1, (2, 3)), (3, (-1, -3))])
@@ -300,7 +306,7 @@ def test_angles_that_are_tied_turn_together(ratio, turns):
     rows = [less(call("sind", a), 0.5), less(call("cosd", a), math.sqrt(0.75)),
             less(b, total(times(ratio, a), 360.0 * (turns[1] - ratio * turns[0])))]  # fmt: skip
     start = np.array([30.0 + 360.0 * turns[0], ratio * 30.0 + 360.0 * turns[1]])
-    found = unwound(plan, problem_at(newton_block(rows, (one, two)), scale=57.3), [start], carry)[0]
+    found = without_full_turns(plan, problem_at(newton_block(rows, (one, two)), scale=57.3), [start], carry)[0]
     kept = turns[1] - ratio * turns[0]
     assert (found[1] - ratio * found[0]) / 360.0 == pytest.approx(kept, abs=1e-9)
     best = min(((30.0 + 360.0 * k) ** 2 + (ratio * 30.0 + 360.0 * (kept + ratio * k)) ** 2, k) for k in range(-9, 10))
@@ -321,7 +327,7 @@ def test_a_cord_goes_round_a_wheel_by_less_than_a_turn_to_begin_with():
         drawn = plan.system.unknowns[n].payload.drawn
         block = newton_block([less(symbol(n), drawn)], (n,))
         for turned, same in ((0.0, True), (179.0, True), (-179.0, True), (181.0, False), (-360.0, False)):
-            assert as_wound(plan, problem_at(block, scale=57.3), np.array([drawn + turned]), carry) is same
+            assert keeps_cord_turns(plan, problem_at(block, scale=57.3), np.array([drawn + turned]), carry) is same
 
 
 # --- one instant of a path
@@ -336,7 +342,7 @@ def test_a_cord_goes_round_a_wheel_by_less_than_a_turn_to_begin_with():
 def test_the_time_until_a_place_comes_to_the_end_of_its_piece(widths, place, speed, closed):
     breaks = tuple(np.cumsum([0.5, *widths]).tolist())
     period = breaks[-1] - breaks[0] if closed else 0.0
-    on = PlaceOn(1, breaks, period)
+    on = OutlinePlace(1, breaks, period)
     found = on.until_break(np.array([99.0, place]), np.array([99.0, speed]))
     every = [b + k * period for b in breaks for k in (range(-400, 401) if closed else (0,))]
     times_ = [(b - place) / speed for b in every if (b - place) / speed > 0.0]
@@ -348,7 +354,7 @@ def test_the_time_until_a_place_comes_to_the_end_of_its_piece(widths, place, spe
 
 
 def test_places_beside_are_the_middles_of_the_pieces_and_a_little_beyond():
-    inner = PlaceOn(0, (0.0, 1.0, 3.0), 0.0)
+    inner = OutlinePlace(0, (0.0, 1.0, 3.0), 0.0)
     near = 1e-3  # `BESIDE_AN_END` of the outline, or less
     ahead, behind = sorted(inner.beside(0.4), reverse=True)
     assert 1.0 < ahead <= 1.0 + 3.0 * near
@@ -357,7 +363,7 @@ def test_places_beside_are_the_middles_of_the_pieces_and_a_little_beyond():
     assert found[1:3] == pytest.approx([0.5, 2.0])
     assert 3.0 < found[3] <= 3.0 + 3.0 * near
     assert -3.0 * near <= found[0] < 0.0
-    ring = PlaceOn(0, (0.0, 1.0, 3.0), 3.0)
+    ring = OutlinePlace(0, (0.0, 1.0, 3.0), 3.0)
     for turns in (-2, 0, 5):
         found = sorted(each - 3.0 * turns for each in ring.beside(3.0 * turns + 3.0))
         assert found[1:3] == pytest.approx([2.0, 3.5], abs=1e-9)
@@ -419,10 +425,12 @@ def test_no_interval_is_too_short_for_a_difference():
 @given(st.lists(st.floats(-2, 4), min_size=1, max_size=5), st.floats(-3, 3), st.floats(0.5, 9))
 def test_how_far_inside_a_place_is(shares, first, length):
     values = first + np.array(shares) * length
-    found = inside([(1, first, first + length)], [None, values], len(values))
+    found = inside_of_ends([(1, first, first + length)], [None, values], len(values))
     for value, share in zip(found, shares, strict=True):
         assert value - PAST_AN_END == pytest.approx(min(share, 1.0 - share), abs=1e-12 + 1e-12 * abs(first))
-    other = inside([(1, first, first + length), (0, 0.0, 1.0)], [np.full(len(values), 0.25), values], len(values))
+    other = inside_of_ends(
+        [(1, first, first + length), (0, 0.0, 1.0)], [np.full(len(values), 0.25), values], len(values)
+    )
     assert (other <= 0.25 + PAST_AN_END).all()
 
 
@@ -434,7 +442,7 @@ Pin : .bar A = [0, 0] B = A + [5, 0];
 
 def test_only_places_on_open_outlines_have_ends():
     plan = plan_of(TRACK)
-    found = {n: (block, ends) for block in plan.blocks for n, *ends in ends_of(plan, block)}
+    found = {n: (block, ends) for block in plan.blocks for n, *ends in open_places_of(plan, block)}
     places = [u.number for u in plan.system.unknowns if isinstance(u.payload, ContactPlace)]
     assert places
     assert sorted(found) == sorted(places)
@@ -452,4 +460,4 @@ def test_only_places_on_open_outlines_have_ends():
             "Way : .curve A = [0, 0] .through([0, 0], [50, 30], [100, 0]) .open", "Way : .disc(60) A = [0, 0]"
         )
     )
-    assert not any(ends_of(closed, block) for block in closed.blocks)
+    assert not any(open_places_of(closed, block) for block in closed.blocks)

@@ -7,8 +7,8 @@ import pytest
 
 from movimentum.solver.block.linearization import DenseTangent, Tangent, chord_newton, is_mobile, tangent_at
 from movimentum.solver.block.problem import Damping
-from movimentum.solver.block.sparse import QuadraticProgram, factored, saddle
-from movimentum.solver.free.velocity import projected
+from movimentum.solver.block.sparse import QuadraticProgram, factorize, saddle_point
+from movimentum.solver.free.velocity import project_onto_equations
 from tests.solver.blocks import TIME, free_block, less, newton_block, problem_at, times, total, unknowns
 
 ROUGH = 2e-5
@@ -135,7 +135,7 @@ def test_back_onto_a_plane_is_the_foot_of_the_metric(seed, size, large):
     x = size * rng.normal(size=4)
     inverse = np.linalg.inv(metric)
     foot = x + inverse @ rows.T @ np.linalg.solve(rows @ inverse @ rows.T, right - rows @ x)
-    found, good = projected(problem, x)
+    found, good = project_onto_equations(problem, x)
     assert good
     np.testing.assert_allclose(rows @ found, right, rtol=0.0, atol=1e-11 * size)
     np.testing.assert_allclose(found, foot, rtol=0.0, atol=(ROUGH if large else 1e-11) * size)
@@ -166,7 +166,7 @@ def test_back_onto_a_sphere_goes_along_the_radius(factor, large):
 def test_what_cannot_be_met_is_told_by_the_residual_that_is_left():
     x, y = unknowns(2)
     block = free_block([total(times(x, x), times(y, y), 1.0)], range(2), np.eye(2))
-    found, good = projected(problem_at(block), np.array([0.7, 0.4]))
+    found, good = project_onto_equations(problem_at(block), np.array([0.7, 0.4]))
     assert not good
     assert np.isfinite(found).all()
 
@@ -273,10 +273,10 @@ def test_a_soft_row_gives_way_to_a_hard_one():
 def test_what_is_singular_or_not_finite_has_no_step():
     from scipy.sparse import csc_matrix
 
-    assert factored(csc_matrix(np.zeros((2, 2)))) is None
+    assert factorize(csc_matrix(np.zeros((2, 2)))) is None
     x, y = unknowns(2)
     block = free_block([less(times(x, y), 1.0)], range(2), np.eye(2), large=True)
-    assert np.isnan(saddle(problem_at(block), np.array([np.nan, 1.0])).least(np.ones(1))).all()
+    assert np.isnan(saddle_point(problem_at(block), np.array([np.nan, 1.0])).least(np.ones(1))).all()
     program = QuadraticProgram(problem_at(block), np.ones(2))
     program.weigh(block.metric, 1.0, np.array([np.nan, 0.0]))
     assert np.isnan(program.step()).all()

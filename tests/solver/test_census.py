@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 import pytest
 
-from movimentum.analysis.diagnose.verify import first_shortfall
+from movimentum.analysis.diagnose.verify import first_unsolved_frame
 from tests.solver.scenes import anchor, motion_of
 
 RATES = (72, 36, 18, 8)
@@ -36,7 +36,7 @@ def compared(text, name, reference):
         motion = motion_of(text, rate)
         poses = motion.poses(0, rate + 1)
         assert poses.solved.all(), text
-        assert first_shortfall(motion) is None
+        assert first_unsolved_frame(motion) is None
         worst = max(worst, float(np.max(np.abs(anchor(motion, poses, name) - reference(360 * poses.times)))))
     return worst
 

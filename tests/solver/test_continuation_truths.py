@@ -20,15 +20,15 @@ from movimentum.solver.continuation.grid import (
     LARGEST_PHASE,
     LARGEST_TURN,
     Grid,
-    between,
-    ended,
+    end_of_upstream,
     first_nodes,
-    splits,
+    intervals_to_split,
+    splitting_times,
 )
-from movimentum.solver.continuation.runaways import FAR, _brackets, _steady, _zeros, pole_ahead
+from movimentum.solver.continuation.runaways import INFINITY_DISTANCE, _brackets, _steady, _zeros, pole_ahead
 from movimentum.solver.continuation.tracks import Gap, NodeTrack
-from movimentum.solver.path.follow import follow, instant
-from movimentum.solver.start.leading import _nearest, _on_a_line, _Way, _without_time
+from movimentum.solver.path.follow import follow_path, instant_piece
+from movimentum.solver.start.input_continuation import _are_collinear, _InputPath, _nearest, _without_time
 from movimentum.solver.start.search import select
 from movimentum.tolerances import LOOK_AHEAD
 from tests.solver.blocks import TIME, less, newton_block, problem_at, times, total, unknowns
@@ -55,9 +55,9 @@ def test_first_nodes_are_at_odd_places(begin, end):
 def test_an_interval_is_split_as_often_as_its_change_needs(changes, limit):
     tau = np.concatenate([[0.0], np.cumsum(np.linspace(1.0, 2.0, len(changes)))])
     change = np.array(changes) * np.where(np.arange(len(changes)) % 2, -1.0, 1.0)
-    split = splits(tau, change, limit)
+    split = intervals_to_split(tau, change, limit)
     assert split.tolist() == [abs(c) > limit for c in changes]
-    more = between(tau, change, limit, split)
+    more = splitting_times(tau, change, limit, split)
     for low, high, size, yes in zip(tau[:-1], tau[1:], changes, split, strict=True):
         inside = more[(more > low) & (more < high)]
         parts = len(inside) + 1
@@ -65,7 +65,7 @@ def test_an_interval_is_split_as_often_as_its_change_needs(changes, limit):
         np.testing.assert_allclose(np.diff([low, *inside, high]), (high - low) / parts)
     assert len(more) == sum(1 for m in more if m not in tau)
     tiny = np.array([0.0, FINEST / 2, 1.0])
-    assert splits(tiny, np.array([9.0, 9.0]), 1.0).tolist() == [False, True]
+    assert intervals_to_split(tiny, np.array([9.0, 9.0]), 1.0).tolist() == [False, True]
 
 
 def followed(statements: str, end: float = 2.0, config: str = "10, 100, 100"):
@@ -73,7 +73,7 @@ def followed(statements: str, end: float = 2.0, config: str = "10, 100, 100"):
     plan = plan_of(f".config({config}); Bar : .bar A = [0, 0] B = A + [100, 0];\n@0 {statements} @{end}")
     found = select(plan, Fraction(0), 0.0, LOOK_AHEAD, as_drawn(plan.system.scene), {})
     assert found.choices is not None
-    piece, gaps = follow(plan, Fraction(0), 0.0, end, found.choices)
+    piece, gaps = follow_path(plan, Fraction(0), 0.0, end, found.choices)
     return plan, piece, gaps
 
 
@@ -114,9 +114,9 @@ def test_nodes_that_are_inserted_have_their_state():
 def test_a_block_ends_with_what_it_depends_on():
     path = SimpleNamespace(upstream=lambda number: (0, 2))
     gaps = [Gap(3.0, 4.0, 2), Gap(1.0, 2.0, 1), Gap(2.5, 9.0, 0)]
-    assert ended(path, SimpleNamespace(number=3), gaps) == 2.5
-    assert ended(path, SimpleNamespace(number=3), gaps[1:2]) == math.inf
-    assert ended(path, SimpleNamespace(number=3), []) == math.inf
+    assert end_of_upstream(path, SimpleNamespace(number=3), gaps) == 2.5
+    assert end_of_upstream(path, SimpleNamespace(number=3), gaps[1:2]) == math.inf
+    assert end_of_upstream(path, SimpleNamespace(number=3), []) == math.inf
 
 
 # --- gaps and poles
@@ -156,7 +156,7 @@ def test_two_lines_that_become_parallel_meet_at_infinity(slope):
     plan, _, gaps = followed(f"x + y = 1; x + (2 - .t)*y = 1 + {slope}; Bar.A = [x, y]; Bar.angle = 0;")
     gap = min(gaps, key=lambda gap: gap.begin)
     assert gap.pole == pytest.approx(1.0, abs=1e-9)
-    reach = slope / (FAR * plan.size)
+    reach = slope / (INFINITY_DISTANCE * plan.size)
     assert gap.end - gap.begin == pytest.approx(2 * reach, rel=0.5) or gap.end - gap.begin < 1e-9
 
 
@@ -228,19 +228,19 @@ Pin : .bar A = [10, 0] B = A + [5, 0];
 
 def test_a_point_leaves_an_open_curve_at_its_end():
     motion = motion_of(TRACK)
-    (trouble,) = motion.segments[0].troubles
+    (trouble,) = motion.segments[0].failures
     assert trouble.begin == pytest.approx(1.2, abs=1e-6)
 
 
 def test_an_instant_is_a_piece_of_no_length():
     plan, _, _ = followed("x = .t*.t; Bar.A = [x, 0]; Bar.angle = 0;")
     found = select(plan, Fraction(0), 1.5, LOOK_AHEAD, as_drawn(plan.system.scene), {})
-    one = instant(plan, Fraction(0), 1.5, found.choices)
+    one = instant_piece(plan, Fraction(0), 1.5, found.choices)
     assert (one.begin, one.end, one.nodes.tolist()) == (1.5, 1.5, [1.5])
     state, bad = one.evaluate(one.instants(np.array([1.5])))
     assert not bad.any()
     assert float(np.ravel(state[unknown(plan, "x")])[0]) == 2.25
-    same, gaps = follow(plan, Fraction(0), 1.5, 1.5, found.choices)
+    same, gaps = follow_path(plan, Fraction(0), 1.5, 1.5, found.choices)
     assert (same.begin, same.end, gaps) == (1.5, 1.5, [])
 
 
@@ -249,11 +249,11 @@ def test_an_instant_is_a_piece_of_no_length():
 P = symbol(7)
 
 
-def way_of(rows, core, begin, end, size: float = 1.0) -> _Way:
+def way_of(rows, core, begin, end, size: float = 1.0) -> _InputPath:
     block = newton_block(rows, core)
     assert isinstance(block, Newton)
     first, last = (np.atleast_2d(np.asarray(numbers, dtype=np.float64)) for numbers in (begin, end))
-    return _Way(block, first, last, np.full(len(core), size))
+    return _InputPath(block, first, last, np.full(len(core), size))
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
@@ -277,7 +277,7 @@ def test_a_path_that_ended_goes_on_in_its_own_branch(size, other):
     w = f"(x/{size})"
     motion = motion_of(f""".config(10, 100, 100); Bar : .bar A = [0, 0] B = A + [100, 0];
     @0 {w}*{w}*{w} - 3*{w} = 3 - 6*.sin(90*.t) {other}; Bar.A = [x, 0]; Bar.angle = 0; @2""")
-    (trouble,) = motion.segments[0].troubles
+    (trouble,) = motion.segments[0].failures
     ends = [math.degrees(math.asin(5 / 6)) / 90, 2 - math.degrees(math.asin(5 / 6)) / 90]
     assert (trouble.begin, trouble.until) == pytest.approx(ends, abs=1e-6)
     times_ = [Fraction(k, 10) for k in (0, 3, 9, 16, 20)]
@@ -319,7 +319,7 @@ def test_the_nearest_sound_pose_is_taken():
      ([[0, 1, np.nan, 2], [0, 2, 7, 4]], True), ([[1e6, 1e6 + 1e-9, 1e6], [5, 5, 5]], True)],
 )  # fmt: skip
 def test_whether_drives_keep_to_a_line(drives, straight):
-    assert _on_a_line(np.array(drives, dtype=np.float64)) is straight
+    assert _are_collinear(np.array(drives, dtype=np.float64)) is straight
 
 
 def test_what_depends_on_time_alone_gets_a_name():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
-from movimentum.solver.continuation.ode import Flow
+from movimentum.solver.continuation.ode import Collocation
 
 HEAD = ".config({fps}, 400, 400);\nD : .disc(3) c = [0,0];\nR : .bar P = [0,0] Q = [0,-100];\n"
 
@@ -80,13 +80,13 @@ def neighbours(count: int):
 def test_chains_of_springs_and_of_heat(count, heat, monkeypatch):
     """Also by the work that they take: ``steps`` are those that are tried."""
     steps = [0]
-    step = Flow._step
+    step = Collocation._step
 
     def counting(*arguments):
         steps[0] += 1
         return step(*arguments)
 
-    monkeypatch.setattr(Flow, "_step", counting)
+    monkeypatch.setattr(Collocation, "_step", counting)
     squares, modes = np.linalg.eigh(neighbours(count) * ((count + 1) ** 2 if heat else 1))
     text = "@0 "
     for i in range(count):

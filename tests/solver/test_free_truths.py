@@ -20,9 +20,16 @@ from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.free import velocity as free_velocity
-from movimentum.solver.free.initial_pose import Turn, _Coordinate, least, turns_of
-from movimentum.solver.free.rates import depths
-from movimentum.solver.free.velocity import FOLLOWING, FreeVelocity, Law, NearInstants, _weights, field_of
+from movimentum.solver.free.initial_pose import Turn, _Coordinate, least_pose, turns_of
+from movimentum.solver.free.rates import derivative_depths
+from movimentum.solver.free.velocity import (
+    FOLLOWING_RATE,
+    FreeMotionLaw,
+    FreeVelocity,
+    NearInstants,
+    _weights,
+    workspace_size,
+)
 from tests.solver.blocks import TIME, free_block, less, problem_at, times, total, unknowns
 from tests.solver.scenes import motion_of, plan_of, scene_of
 
@@ -120,19 +127,25 @@ def test_a_wish_is_followed_to_one_over_e_in_an_eighth_of_a_unit():
     free = velocity_of([total(x, y)], (0, 1), np.eye(2), wish=less(x, times(3.0, TIME)))
     for tau, here in ((0.5, 1.5), (1.0, 2.9), (2.0, 6.4)):
         v = free.velocity(tau, np.array([here, -here]))
-        exact = 3.0 - FOLLOWING * (here - 3.0 * tau)
+        exact = 3.0 - FOLLOWING_RATE * (here - 3.0 * tau)
         np.testing.assert_allclose(v, [exact, -exact], atol=1e-8)
 
 
 def test_a_wish_is_followed_no_faster_than_its_speed():
     x, y = unknowns(2)
-    for speed, most in ((2.0, 2.0), (math.inf, free_velocity.FARTHEST * FOLLOWING * field_of(PLAN.system.scene))):
-        law = Law(with_wish(free_block([], (0, 1), np.eye(2)), x, y, speed=speed), PLAN)
+    for speed, most in (
+        (2.0, 2.0),
+        (math.inf, free_velocity.FARTHEST_WISH * FOLLOWING_RATE * workspace_size(PLAN.system.scene)),
+    ):
+        law = FreeMotionLaw(with_wish(free_block([], (0, 1), np.eye(2)), x, y, speed=speed), PLAN)
         far = np.array([3e9, -4e9])
         found = law.wished(far, np.zeros(2))
         np.testing.assert_allclose(found, [-0.6 * most, 0.8 * most], rtol=1e-9)
-        assert law.wished(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx([-0.5, -0.1 * FOLLOWING])
-    assert (law.damping.near, law.damping.far) == (FOLLOWING * PLAN.size, FOLLOWING * field_of(PLAN.system.scene))
+        assert law.wished(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx([-0.5, -0.1 * FOLLOWING_RATE])
+    assert (law.damping.near, law.damping.far) == (
+        FOLLOWING_RATE * PLAN.size,
+        FOLLOWING_RATE * workspace_size(PLAN.system.scene),
+    )
 
 
 @pytest.mark.parametrize(
@@ -141,7 +154,7 @@ def test_a_wish_is_followed_no_faster_than_its_speed():
      ("10", "A = [5, 5] B = A + [0, 0]", 100.0), ("10", "A = [-9, 5] B = A + [0, 0.5]", 0.5)],
 )  # fmt: skip
 def test_a_field_is_as_wide_as_the_drawing_or_the_canvas(config, anchors, exact):
-    assert field_of(scene_of(f".config({config}); Bar : .bar {anchors}; @0 Bar.A = [0, 0]; @1")) == exact
+    assert workspace_size(scene_of(f".config({config}); Bar : .bar {anchors}; @0 Bar.A = [0, 0]; @1")) == exact
 
 
 # --- derivatives of a free motion
@@ -180,8 +193,8 @@ def test_derivatives_are_asked_of_all_that_a_block_depends_on():
     blocks = [block(0), block(1), block(2), velocity, block(4)]
     before = {0: set(), 1: {0, 1}, 2: {0, 2}, 4: {3, 4}}
     plan = SimpleNamespace(blocks=blocks, before=lambda each: before[each.number])
-    assert depths(plan, range(5), {4: 1}) == {0: 3, 1: 3, 2: 0, 3: 1, 4: 1}
-    assert depths(plan, range(3), {2: 2}) == {0: 2, 1: 0, 2: 2}
+    assert derivative_depths(plan, range(5), {4: 1}) == {0: 3, 1: 3, 2: 0, 3: 1, 4: 1}
+    assert derivative_depths(plan, range(3), {2: 2}) == {0: 2, 1: 0, 2: 2}
 
 
 # --- least poses
@@ -191,7 +204,7 @@ NOTHING = np.zeros(0, dtype=np.intp)
 
 def found_at(block, start, turns=(), held=(), origin=None, pull=None, wished=NOTHING, longest=0.3, scale=1.0):
     n = len(block.core)
-    return least(
+    return least_pose(
         problem_at(block, scale=scale), np.asarray(start, dtype=np.float64), turns, held,
         np.zeros(n) if origin is None else np.asarray(origin, dtype=np.float64),
         np.zeros(n) if pull is None else pull, wished, longest,

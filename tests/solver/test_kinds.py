@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import movimentum as mv
-from movimentum.solver.kinds.across import at_instants, column
+from movimentum.solver.kinds.variants import at_instants, column
 from movimentum.source import SourceText
 from movimentum.variants.axes import Axis, VariantGrid
 from movimentum.variants.measures import read_measures

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from movimentum.solver.basis.effort import limited
-from movimentum.solver.block.newton import newton, newton_at
+from movimentum.solver.basis.effort import limit_effort
+from movimentum.solver.block.newton import newton, newton_at_instant
 from tests.broad import broad
 from tests.solver.test_problem import problems
 
@@ -24,7 +24,7 @@ def test_it_finds_the_same_pose(name):
             for away in AWAY:
                 start = x[place] + away * problem.scale * random.normal(size=x.shape[1])
                 whole = newton(one, start[None])
-                found = newton_at(one, start, 12)
+                found = newton_at_instant(one, start, 12)
                 assert found is not None
                 pose, converged = found
                 assert converged == bool(whole.converged[0])
@@ -39,9 +39,9 @@ def test_it_takes_no_more_linearizations():
         if not problem.block.is_square:
             continue
         one, start = problem.at(np.array([0]), 3), x[0] + 1e-3 * problem.scale
-        with limited(1000) as left:
-            newton_at(one, start, 12)
-        with limited(1000) as before:
+        with limit_effort(1000) as left:
+            newton_at_instant(one, start, 12)
+        with limit_effort(1000) as before:
             newton(one, start[None])
         assert left[0] >= before[0]
 
@@ -53,7 +53,7 @@ def test_from_a_singular_pose_it_finds_nothing_wrong(name):
         if not problem.block.is_square or problem.sparse is not None:
             continue
         one = problem.at(np.array([0]), 3)
-        found = newton_at(one, np.zeros(x.shape[1]), 30)
+        found = newton_at_instant(one, np.zeros(x.shape[1]), 30)
         if found is not None and found[1]:
             assert np.max(np.abs(one.residual(found[0][None]))) < 1e-6 * float(problem.scale.max()) ** 2
 
@@ -63,4 +63,4 @@ def test_what_cannot_be_divided_is_left_to_who_can_tell():
         if problem.block.is_square:
             one = problem.at(np.array([0]), 3)
             nothing = np.full(x.shape[1], np.nan)
-            assert newton_at(one, nothing, 12) is None
+            assert newton_at_instant(one, nothing, 12) is None

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movimentum.solver.block.newton import newton, step_of
+from movimentum.solver.block.newton import newton, newton_step
 from movimentum.solver.block.problem import BlockProblem, track_scale
 from tests.broad import broad
 from tests.solver.scenes import motion_of
@@ -92,8 +92,8 @@ def test_steps_from_afar_are_those_of_least_squares(rows, unknowns):
     jacobian = generator.normal(size=(20, rows, unknowns))
     jacobian[15:, :, -1] = jacobian[15:, :, 0]  # not of full rank: the least of all least-squares steps
     residual, scale = generator.normal(size=(20, rows)), 10.0 ** generator.uniform(-2, 2, unknowns)
-    exact = step_of(jacobian, residual, scale, square=False)
-    cheap = step_of(jacobian, residual, scale, square=False, afar=True)
+    exact = newton_step(jacobian, residual, scale, square=False)
+    cheap = newton_step(jacobian, residual, scale, square=False, afar=True)
     assert np.array_equal(cheap[15:], exact[15:])
     assert cheap / scale == pytest.approx(exact / scale, rel=1e-7, abs=1e-9)
     lengths = np.linalg.norm(jacobian * scale, axis=2)

@@ -12,7 +12,7 @@ import pytest
 from movimentum.expressions import Expr, symbol
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, VariableComponent
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.refinement import refined
+from movimentum.solver.accuracy.refinement import refine
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.rates.rates import UndefinedRate, rates_at
@@ -278,7 +278,7 @@ def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, c
     length = timeline.end - timeline.start
     times = [timeline.start + length * k / count + length / 97 for k in range(count)]
     times = [time for time in times if all(abs(time - step) > 4 * h for step in steps)]
-    exact = refined(motion, Accuracy.EXACT, 50).poses_at([time + k * h for time in times for k in range(-4, 5)])
+    exact = refine(motion, Accuracy.EXACT, 50).poses_at([time + k * h for time in times for k in range(-4, 5)])
     for order, within in ((1, 1e-9), (2, 1e-7)):
         found = rates_at(motion, wanted, order, times)
         expected = []

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from movimentum.expressions import call, substitute
-from movimentum.solver.block.local import PlaceOn
-from movimentum.solver.continuation.singular import (
-    FARTHEST,
-    NEARLY,
+from movimentum.solver.block.block_at_instant import OutlinePlace
+from movimentum.solver.continuation.singular_poses import (
+    FARTHEST_ALONG,
+    STEP_TO_KINK,
     SingularPose,
-    _handed_over,
+    _moved_to_next_piece,
     before_kink,
-    displacement,
+    displacement_between,
     fold_near,
     past_kink,
     path_end,
 )
-from movimentum.solver.continuation.steps import Standing
+from movimentum.solver.continuation.steps import PathPoint
 from movimentum.tolerances import LAST_JUMP_PAST_A_KINK
 from tests.solver.blocks import TIME, less, local_of, newton_block, times, total, unknowns
 
@@ -83,7 +83,7 @@ def test_a_path_goes_on_beyond_a_kink_on_the_known_curve(bend, total_time):
         delta=1e-9,
     )
     tau = 1.0 - 1e-12
-    here = Standing(tau, np.array([1.0 - 1e-12 / (1 - bend)]), np.array([1.0 / (1 - bend)]), np.zeros(1))
+    here = PathPoint(tau, np.array([1.0 - 1e-12 / (1 - bend)]), np.array([1.0 / (1 - bend)]), np.zeros(1))
     landing = past_kink(local, here, total_time, np.ones(1), 1.0)
     assert landing is not None
     assert 0.0 < landing.tau - tau <= LAST_JUMP_PAST_A_KINK * total_time
@@ -100,24 +100,24 @@ def test_a_path_that_turns_back_at_a_kink_does_not_go_on():
     local = local_of(newton_block([row], (0,)), low=0.0, high=2.0, delta=1e-9)
     for slope, side in ((1 / 3, 1.0), (-1.0, -1.0)):
         tau = 1.0 - 1e-12
-        here = Standing(tau, np.array([slope * 1e-12]), np.array([-slope]), np.zeros(1))
+        here = PathPoint(tau, np.array([slope * 1e-12]), np.array([-slope]), np.zeros(1))
         assert past_kink(local, here, 2.0, np.ones(1), side) is None
 
 
 def test_a_step_ends_just_before_the_end_of_a_piece():
     (x,) = unknowns(1)
-    local = local_of(newton_block([less(x, TIME)], (0,)), places=(PlaceOn(0, (0.0, 1.0, 3.0), 0.0),))
-    here = Standing(0.4, np.array([0.4]), np.array([2.0]), np.zeros(1))
-    assert before_kink(local, here, 1.0) == pytest.approx(NEARLY * 0.3)
+    local = local_of(newton_block([less(x, TIME)], (0,)), places=(OutlinePlace(0, (0.0, 1.0, 3.0), 0.0),))
+    here = PathPoint(0.4, np.array([0.4]), np.array([2.0]), np.zeros(1))
+    assert before_kink(local, here, 1.0) == pytest.approx(STEP_TO_KINK * 0.3)
     assert before_kink(local, here, 0.25) == 0.125
-    assert 0.0 < 1.0 - NEARLY < 0.01
+    assert 0.0 < 1.0 - STEP_TO_KINK < 0.01
     assert before_kink(local_of(newton_block([less(x, TIME)], (0,))), here, 1.0) == 0.5
 
 
 def test_places_are_handed_over_in_every_combination():
-    places = [PlaceOn(0, (0.0, 1.0, 3.0), 0.0), PlaceOn(2, (0.0, 2.0), 2.0)]
+    places = [OutlinePlace(0, (0.0, 1.0, 3.0), 0.0), OutlinePlace(2, (0.0, 2.0), 2.0)]
     x = np.array([0.4, 7.0, 1.0])
-    found = _handed_over(places, x)
+    found = _moved_to_next_piece(places, x)
     ways = [len(place.beside(float(x[place.index]))) + 1 for place in places]
     assert len(found) == ways[0] * ways[1] - 1
     assert len({tuple(each) for each in found}) == len(found)
@@ -168,10 +168,10 @@ def test_a_path_that_passes_near_a_singular_pose_does_not_begin_there():
     assert sorted(float(x[0]) for x in found) == pytest.approx([-0.01, 0.01, 0.1], abs=1e-9)
     assert [pose.begins(1e-4, np.array([x])) for x in (-0.01, 0.01, 0.1)] == [True, True, False]
     far = SingularPose.at(
-        local_of(newton_block([times(X, X, less(X, 2 * FARTHEST))], (0,))), 0.0, np.zeros(1), np.ones(1)
+        local_of(newton_block([times(X, X, less(X, 2 * FARTHEST_ALONG))], (0,))), 0.0, np.zeros(1), np.ones(1)
     )
     assert far is not None
-    assert all(abs(x[0]) < FARTHEST for x in far.later(1e-4)[0])
+    assert all(abs(x[0]) < FARTHEST_ALONG for x in far.later(1e-4)[0])
 
 
 def test_where_two_ranks_are_lost_nothing_is_said():
@@ -181,7 +181,7 @@ def test_where_two_ranks_are_lost_nothing_is_said():
 
 def test_displacements_are_in_units_of_the_unknowns_sizes():
     local = local_of(newton_block([less(X, TIME), less(Y, TIME)], (0, 1)))
-    moved = displacement(local, 0.0, np.array([1.0, 2.0]), 1.0, np.array([4.0, 0.0]))
+    moved = displacement_between(local, 0.0, np.array([1.0, 2.0]), 1.0, np.array([4.0, 0.0]))
     assert moved.tolist() == [3.0, -2.0]
     local.sizes = np.array([2.0, 10.0])
-    assert displacement(local, 0.0, np.array([1.0, 2.0]), 1.0, np.array([4.0, 0.0])).tolist() == [1.5, -0.2]
+    assert displacement_between(local, 0.0, np.array([1.0, 2.0]), 1.0, np.array([4.0, 0.0])).tolist() == [1.5, -0.2]

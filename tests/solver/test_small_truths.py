@@ -20,7 +20,7 @@ def test_a_path_ends_exactly_at_its_fold(drive):
     """s^3 - 3 s has its least value for s > 0 at s = 1: -2, which each drive reaches at t = 1."""
     text = BAR.format(f"Bar.A = [10*s, 0]; s*s*s - 3*s = {drive}; s > 0;")
     motion = mv.loads(text).solve(on_failure="hold").solution.motion
-    (trouble,) = motion.segments[0].troubles
+    (trouble,) = motion.segments[0].failures
     assert trouble.begin == pytest.approx(1.0, abs=1e-14)
 
 
@@ -28,7 +28,7 @@ def test_a_path_ends_exactly_at_its_fold(drive):
 def test_one_instant_without_a_value_is_filled_in(formula, value):
     """0/0 at t = 1, which is a frame."""
     motion = mv.loads(BAR.format(f"Bar.A = [x, 0]; x = {formula};")).solve()
-    assert not motion.solution.motion.segments[0].troubles
+    assert not motion.solution.motion.segments[0].failures
     assert motion["x"][10] == pytest.approx(value, abs=1e-6)
 
 

@@ -14,14 +14,14 @@ from movimentum.planning.blocks.kinds import Newton
 from movimentum.query import reader
 from movimentum.scene.leaves import Bearing, ContactPlace
 from movimentum.scene.model import AnchorCoordinate
-from movimentum.solver.accuracy.notes import Attained, draft_note, rough_note, singular_warning
-from movimentum.solver.basis.known_so_far import KnownSoFar
+from movimentum.solver.accuracy.notes import AttainedAccuracy, draft_note, inexact_note, singular_warning
+from movimentum.solver.basis.partial_pose import PartialPose
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.problem import BlockProblem, scale_of
-from movimentum.solver.counted import counted, counts, seen
-from movimentum.solver.solutions.carried import carried_values, completed
-from movimentum.solver.solutions.homotopy import AllSolutions, TotalDegree, degrees_of, followed
-from movimentum.solver.solutions.touching_starts import EVERY, touching_starts
+from movimentum.solver.round_counting import count_rounds, counts_rounds, visible_value
+from movimentum.solver.solutions.carried import carried_values, complete_core
+from movimentum.solver.solutions.homotopy import AllSolutions, TotalDegree, degrees_of, follow_paths
+from movimentum.solver.solutions.touching_starts import ONE_IN, touching_starts
 from tests.solver.blocks import TIME, less, newton_block, problem_at, times, total, unknowns
 from tests.solver.scenes import motion_of, plan_of, scene_of, unknown
 
@@ -171,12 +171,12 @@ class Drawn:
 
 
 def test_paths_are_followed_to_their_known_ends():
-    found, finite, lost = followed(Drawn(lambda t: np.exp(3j * t), lambda t: 3j * np.exp(3j * t)))
+    found, finite, lost = follow_paths(Drawn(lambda t: np.exp(3j * t), lambda t: 3j * np.exp(3j * t)))
     np.testing.assert_allclose(found[:, 0], np.exp(3j) * np.array([1, 2, 3]), rtol=1e-9)
     assert finite.all()
     assert not lost.any()
     with np.errstate(all="ignore"):
-        _, finite, lost = followed(Drawn(lambda t: 1.0 / (1.0 - t + 1e-9j), lambda t: (1.0 - t + 1e-9j) ** -2))
+        _, finite, lost = follow_paths(Drawn(lambda t: 1.0 / (1.0 - t + 1e-9j), lambda t: (1.0 - t + 1e-9j) ** -2))
     assert not finite.any()
     assert not lost.any()
 
@@ -201,7 +201,7 @@ def test_what_nothing_tells_is_completed_from_what_is_carried():
         problem = problem_at(newton_block(rows, core), scale=100.0)
         known = [n for n in core if carry.now.value(plan.system, n) is not None]
         assert known == []
-        found = completed(plan, problem, carry, np.array(start))
+        found = complete_core(plan, problem, carry, np.array(start))
         if len(start) == len(core) and not problem.block.targets:
             assert found.tolist() == start  # nothing is known beside it: nothing to come near to
         told = Snapshot(carry.now.things, {plan.system.unknowns[two].payload: exact[1] if len(exact) > 1 else 7.0})
@@ -209,7 +209,7 @@ def test_what_nothing_tells_is_completed_from_what_is_carried():
         if len(core) == 2:
             begun = carried_values(plan, problem.block, known_carry)
             assert begun.tolist() == [0.0, exact[1]]
-            np.testing.assert_allclose(completed(plan, problem, known_carry, begun), exact, atol=1e-9)
+            np.testing.assert_allclose(complete_core(plan, problem, known_carry, begun), exact, atol=1e-9)
 
 
 def test_a_factor_along_a_line_comes_from_the_drawing():
@@ -224,7 +224,7 @@ def test_a_factor_along_a_line_comes_from_the_drawing():
         (less(times(a, a), times(8.0, b)), 3.0, 4.0, 0.05),
     ):
         problem = problem_at(newton_block([row, less(b, 2.0)], (one, two)), scale=1.0)
-        found = completed(plan, problem, carry, np.array([begin, 2.0]))
+        found = complete_core(plan, problem, carry, np.array([begin, 2.0]))
         assert found[1] == 2.0
         assert found[0] == pytest.approx(exact, abs=off)
 
@@ -251,12 +251,12 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
     )
     first = carried_values(plan, block, carry)
     rng = np.random.default_rng(4)
-    starts = first + 0.1 * scale * rng.normal(size=(3 * EVERY, len(first)))
+    starts = first + 0.1 * scale * rng.normal(size=(3 * ONE_IN, len(first)))
     before = starts.copy()
     found = touching_starts(plan, problem, carry, starts)
     places = [j for j, n in enumerate(block.core) if isinstance(plan.system.unknowns[n].payload, ContactPlace)]
     led = np.zeros(len(starts), dtype=bool)
-    led[1::EVERY] = True
+    led[1::ONE_IN] = True
     assert np.array_equal(found[~led], before[~led])
     angles = np.linspace(0.0, 2 * math.pi, 20001)
     ellipse = np.stack([60 * np.cos(angles), 30 * np.sin(angles)], axis=1)
@@ -264,7 +264,7 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
     for x in found[led]:
         values = problem.completed(x[None])
         state = [values.get(n) for n in range(len(plan.system.unknowns))]
-        pin = KnownSoFar.of(plan, state.__getitem__, carry.now, Fraction(0)).moment.things[1].world(70.0, 5.0)
+        pin = PartialPose.of(plan, state.__getitem__, carry.now, Fraction(0)).moment.things[1].world(70.0, 5.0)
         for j in places:
             place = plan.system.unknowns[block.core[j]].payload
             px, py = (float(v[0]) for v in place.touch.outline.values(np.array([x[j]]))[:2])
@@ -272,7 +272,7 @@ def test_starts_with_contacts_are_led_to_foot_points_of_an_ellipse():
             assert away == pytest.approx(np.min(np.hypot(*(ellipse - np.array(pin)).T)), abs=1e-4)
             met.append(abs(away - 8.0) < 1e-3 and abs(math.hypot(pin[0] - 20, pin[1] - 10) - 49.5) < 1e-3)
     assert all(met)  # the pin is where it has to be, and not only its place
-    few = before[: EVERY - 1].copy()
+    few = before[: ONE_IN - 1].copy()
     assert touching_starts(plan, problem, carry, few) is few
 
 
@@ -292,11 +292,11 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     scene = motion.timeline.scene
     stated = scene_of(WHEEL.format(speed=speed, more="k = .where(Arm.Q, Round);")).constraints()
     sides = [side for constraint in stated for side in (*constraint.left, *constraint.right)]
-    (place,) = {node for node in walk(*sides) if counts(node)}
+    (place,) = {node for node in walk(*sides) if counts_rounds(node)}
     unit = place.payload.outline.period
     node = Expr(place.op, place.args, place.payload.plain.counted(2.0 * unit))
-    once = reader(scene, [seen(node)])
-    rounds = counted(motion, node, lambda poses: once(poses)[0])
+    once = reader(scene, [visible_value(node)])
+    rounds = count_rounds(motion, node, lambda poses: once(poses)[0])
     poses = motion.poses(0, motion.timeline.frame_count)
     found = rounds.values(motion, poses)
     np.testing.assert_allclose(found - found[0], unit * speed / 360 * poses.times, atol=1e-9)
@@ -305,7 +305,7 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     assert apart[1] - apart[0] == pytest.approx(unit * speed / 360 * 1.4, abs=1e-9)
     unknown_start = Expr(place.op, place.args, place.payload.plain.counted())
     if not more:  # of what is drawn nowhere, only what is seen is known
-        apart = counted(motion, unknown_start, lambda poses: once(poses)[0]).values(motion, poses)
+        apart = count_rounds(motion, unknown_start, lambda poses: once(poses)[0]).values(motion, poses)
         np.testing.assert_allclose(apart, once(poses)[0])
     if more:
         np.testing.assert_allclose(poses.variables["k"] - poses.variables["k"][0], speed / 360 * poses.times, atol=1e-9)
@@ -318,21 +318,23 @@ def test_shares_of_an_outline_with_corners_are_counted(speed):
     Pin : .bar P = [0, 0] Q = P + [5, 0];
     @0 Box.O = [0, 0]; Box.angle = 0; .on(Pin.P, Box) = 0; .where(Pin.P, Box) = {speed}*.t; Pin.angle = 0; @2"""
     motion = motion_of(text)
-    (node,) = {n for c in scene_of(text).constraints() for side in (*c.left, *c.right) for n in walk(side) if counts(n)}
-    once = reader(motion.timeline.scene, [seen(node)])
+    (node,) = {
+        n for c in scene_of(text).constraints() for side in (*c.left, *c.right) for n in walk(side) if counts_rounds(n)
+    }
+    once = reader(motion.timeline.scene, [visible_value(node)])
     poses = motion.poses(0, motion.timeline.frame_count)
     node = Expr(node.op, node.args, node.payload.shared().counted(0.0).shared())
-    found = counted(motion, node, lambda some: once(some)[0]).values(motion, poses)
+    found = count_rounds(motion, node, lambda some: once(some)[0]).values(motion, poses)
     np.testing.assert_allclose(found, speed * poses.times, atol=1e-9)
 
 
 def test_only_what_goes_round_is_counted():
     scene = plan_of(WHEEL.format(speed=90, more="")).system.scene
     plain = symbol(AnchorCoordinate(0, 0, 0))
-    assert not counts(plain)
+    assert not counts_rounds(plain)
     bearing = symbol(Bearing("here", 0.0, plain, TIME))
-    assert counts(bearing)
-    assert seen(bearing) == call("atan2d", plain, TIME)
+    assert counts_rounds(bearing)
+    assert visible_value(bearing) == call("atan2d", plain, TIME)
     assert len(scene.things) == 2
 
 
@@ -343,8 +345,8 @@ def test_a_bearing_is_unwound_from_how_it_is_drawn():
     arm = next(t.number for t in scene.things if t.name == "Arm")
     for drawn in (0.0, 720.0, -360.0):
         node = symbol(Bearing("arm", drawn, symbol(AnchorCoordinate(arm, 1, 1)), symbol(AnchorCoordinate(arm, 1, 0))))
-        once = reader(scene, [seen(node)])
-        rounds = counted(motion, node, lambda poses, once=once: once(poses)[0])
+        once = reader(scene, [visible_value(node)])
+        rounds = count_rounds(motion, node, lambda poses, once=once: once(poses)[0])
         poses = motion.poses(0, motion.timeline.frame_count)
         np.testing.assert_allclose(rounds.values(motion, poses), drawn + 500 * poses.times, atol=1e-9)
 
@@ -361,15 +363,15 @@ def test_a_warning_names_the_digits_that_are_certain(digits, said):
 
 
 def test_what_falls_short_of_what_was_asked_is_noted():
-    assert Attained().notes(None) == ()
-    assert Attained(14.0, None).notes(None) == ()
-    assert [note.code for note in Attained(14.9, Fraction(1)).notes(None)] == ["solve/ill-conditioned"]
-    assert Attained(15.0, Fraction(1)).notes(None) == ()
-    assert [note.code for note in Attained(15.0, Fraction(1)).notes(30)] == ["solve/ill-conditioned"]
-    assert "15 of 30" in Attained(15.0, Fraction(1)).notes(30)[0].message
-    both = Attained(1.0, Fraction(1), {"x": None, "y": None}).notes(None)
+    assert AttainedAccuracy().notes(None) == ()
+    assert AttainedAccuracy(14.0, None).notes(None) == ()
+    assert [note.code for note in AttainedAccuracy(14.9, Fraction(1)).notes(None)] == ["solve/ill-conditioned"]
+    assert AttainedAccuracy(15.0, Fraction(1)).notes(None) == ()
+    assert [note.code for note in AttainedAccuracy(15.0, Fraction(1)).notes(30)] == ["solve/ill-conditioned"]
+    assert "15 of 30" in AttainedAccuracy(15.0, Fraction(1)).notes(30)[0].message
+    both = AttainedAccuracy(1.0, Fraction(1), {"x": None, "y": None}).notes(None)
     assert [note.code for note in both] == ["solve/ill-conditioned", "solve/rough"]
-    assert both[1].message == rough_note(["x", "y"]).message
+    assert both[1].message == inexact_note(["x", "y"]).message
     assert all(name in both[1].message for name in ("x", "y"))
     assert "0.25 pixels" in draft_note(0.25).message
 

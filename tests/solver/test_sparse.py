@@ -9,7 +9,7 @@ from benchmarks.penrose import transformable
 from movimentum.interop.linkages import Linkage, linkage_script
 from movimentum.planning.blocks import build
 from movimentum.planning.blocks.kinds import Block
-from movimentum.solver import reuse
+from movimentum.solver import solver_cache
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
@@ -48,8 +48,8 @@ def test_both_methods_go_the_same_way(monkeypatch: pytest.MonkeyPatch) -> None:
     source = read(str(ROOT / "scripts" / "peaucellier-linkage.mov"))
     found = []
     for most in (4, 1000):
-        monkeypatch.setattr(build, "DENSE", most)
-        monkeypatch.setattr(reuse, "_PLANS", reuse._Plans())
+        monkeypatch.setattr(build, "LARGEST_DENSE_BLOCK", most)
+        monkeypatch.setattr(solver_cache, "_PLANS", solver_cache._PlanCache())
         motion = moved(arranged(understand(source), Choices()))
         _, block, _ = free_block(motion)
         assert (block.sparse is not None) == (most == 4)

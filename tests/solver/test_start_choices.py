@@ -15,25 +15,25 @@ from hypothesis import strategies as st
 
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.planner import structure_of
-from movimentum.solver.assembly import placements
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
-from movimentum.solver.path.follow import follow, instant
+from movimentum.solver.path.follow import follow_path, instant_piece
+from movimentum.solver.pose_assembly import placements
 from movimentum.solver.segment_motion import FailureKind
 from movimentum.solver.start.candidates import (
     Candidate,
     decided_by,
-    distinct,
-    mirrored_settled,
+    order_by_contacts,
+    order_mirrored,
     same_pose,
     solving_order,
-    touching_first,
+    visibly_distinct,
 )
-from movimentum.solver.start.judgements import Judgements, Rejection
+from movimentum.solver.start.early_checks import EarlyChecks, Rejection
 from movimentum.solver.start.mobile_groups import mobile_groups
-from movimentum.solver.start.placement import Parts, placed
-from movimentum.solver.start.search import REMEMBERED, REMEMBERED_EACH, StartSearch, select
+from movimentum.solver.start.placement import ConnectedParts, place_parts
+from movimentum.solver.start.search import KEPT_POSES, KEPT_POSES_EACH, StartSearch, select
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.arrange import arrange
 from movimentum.tolerances import INEQUALITY_MET, LOOK_AHEAD
@@ -42,11 +42,11 @@ from tests.solver.scenes import ARMS, motion_of, numbers, plan_of, scene_of, unk
 # --- judgements
 
 
-def judged(statements: str, name: str = "x") -> tuple[Judgements, int, int]:
+def judged(statements: str, name: str = "x") -> tuple[EarlyChecks, int, int]:
     plan = plan_of(numbers(statements))
     owner = dict(plan.owner)
-    judgements = Judgements(plan, [None] * len(plan.system.unknowns), [np.zeros(2)] * len(plan.clocks), owner)
-    judgements.placed_after([False] * len(plan.blocks), list(range(len(plan.blocks))))
+    judgements = EarlyChecks(plan, [None] * len(plan.system.unknowns), [np.zeros(2)] * len(plan.clocks), owner)
+    judgements.schedule([False] * len(plan.blocks), list(range(len(plan.blocks))))
     number = unknown(plan, name)
     return judgements, number, owner[number]
 
@@ -85,7 +85,7 @@ def test_redundant_equations_and_wishes_are_judged():
     (last,) = {owner for n, owner in judgements.owner.items() if n == y}
     total = sum(judgements.wished(number) for number in {block, last})
     assert total == pytest.approx(((7 - 13) ** 2 + (3 - 5) ** 2) / plan.size**2)
-    assert any(judgements.wishes_await(number) for number in (block, last))
+    assert any(judgements.has_wishes(number) for number in (block, last))
     if plan.checks:
         for value, good in ((3.0, True), (3.0 + 1e-10, True), (3.001, False), (math.inf, False)):
             judgements.state[x] = np.array([value, value])
@@ -114,9 +114,9 @@ def test_what_decided(first, second, name):
 
 def test_contacts_at_the_nearest_places_come_first_after_continuity():
     a, b, c = candidate(0, 5), candidate(0, 1, wrong=1), candidate(1, 0)
-    assert touching_first([c, b, a]) == [a, c]
-    assert touching_first([candidate(1, 0), d := candidate(0, 9, wrong=2), e := candidate(1, 1, wrong=2)])[0] is d
-    assert touching_first([e, d]) == [d, e]
+    assert order_by_contacts([c, b, a]) == [a, c]
+    assert order_by_contacts([candidate(1, 0), d := candidate(0, 9, wrong=2), e := candidate(1, 1, wrong=2)])[0] is d
+    assert order_by_contacts([e, d]) == [d, e]
 
 
 def test_candidates_that_differ_in_nothing_visible_are_one():
@@ -128,12 +128,12 @@ def test_candidates_that_differ_in_nothing_visible_are_one():
     same = candidate(0, 0, 2, values={**values, **dict.fromkeys(hidden, -1.0)})
     leaves = candidate(0, 0, 3, values=values, later={**values, x: 2.1})
     other = candidate(0, 0, 4, values={**values, x: -2.0})
-    assert distinct(plan, [other, same, one, leaves]) == [one, leaves, other]
+    assert visibly_distinct(plan, [other, same, one, leaves]) == [one, leaves, other]
     assert same_pose(plan, one, same)
     assert same_pose(plan, one, leaves)
     assert not same_pose(plan, one, other)
     nothing = candidate(0, 0, 5, values={**values, x: math.inf})
-    assert distinct(plan, [one, nothing]) == [one, nothing]
+    assert visibly_distinct(plan, [one, nothing]) == [one, nothing]
 
 
 def test_of_mirrored_paths_the_same_is_first_in_any_order():
@@ -142,23 +142,23 @@ def test_of_mirrored_paths_the_same_is_first_in_any_order():
     c, s = (number_of[part(1)] for part in (PoseCos, PoseSin))
     values = {c: 1.0, s: 0.0}
     left, right = (candidate(0, 0, 0, 1.0, values=values, later={c: 1.0, s: t}) for t in (1e-2, -1e-2))
-    assert mirrored_settled(plan, [right, left])[0] is left  # counter-clockwise
-    assert mirrored_settled(plan, [left, right])[0] is left
+    assert order_mirrored(plan, [right, left])[0] is left  # counter-clockwise
+    assert order_mirrored(plan, [left, right])[0] is left
     half = math.sqrt(0.5)
     slanted = {c: half, s: half}
     one, other = (candidate(0, 0, 0, 1.0, values=slanted, later={c: half - t, s: half + t}) for t in (1e-2, -1e-2))
-    assert mirrored_settled(plan, [other, one])[0] is one
+    assert order_mirrored(plan, [other, one])[0] is one
     farther = candidate(0, 0, 0, 1.5, values=values, later={c: 1.0, s: 1e-2})
-    assert mirrored_settled(plan, [right, farther])[0] is right
+    assert order_mirrored(plan, [right, farther])[0] is right
     elsewhere = candidate(0, 0, 0, 1.0, values={c: 0.6, s: 0.8}, later={c: 0.6, s: 0.9})
-    assert mirrored_settled(plan, [right, elsewhere])[0] is right
+    assert order_mirrored(plan, [right, elsewhere])[0] is right
     wished = candidate(0, 1, 0, 1.0, values=values, later={c: 1.0, s: 1e-2})
-    assert mirrored_settled(plan, [right, wished])[0] is right
+    assert order_mirrored(plan, [right, wished])[0] is right
     x, y = (number_of.get(part(1)) for part in (PoseX, PoseY))
     if x is not None and y is not None:
         spot = {x: 0.0, y: 0.0}
         up, down = (candidate(0, 0, 0, 1.0, values=spot, later={x: 0.0, y: t}) for t in (1.0, -1.0))
-        assert mirrored_settled(plan, [down, up])[0] is up
+        assert order_mirrored(plan, [down, up])[0] is up
 
 
 @settings(max_examples=40)
@@ -284,7 +284,7 @@ def test_the_drawing_is_taken_where_it_is_closed(b, c, angle, how):
         joint = crank + rod * base / abs(base) * cmath.exp(1j * turn)
         turns = [cmath.phase((joint - crank) / complex(b, 20)), cmath.phase((joint - 100) / complex(c, 60))]
         ways.append((sum(t * t for t in turns), joint))
-    piece = instant(plan, Fraction(0), 0.0, found.choices)
+    piece = instant_piece(plan, Fraction(0), 0.0, found.choices)
     state, _ = piece.evaluate(piece.instants(np.zeros(1)))
     ((_, pose),) = [each for each in placements(plan, state, as_drawn(plan.system.scene).now) if each[0] == 1]
     x, y = pose.world(float(b), 60.0)
@@ -304,7 +304,7 @@ def test_two_bodies_pinned_as_they_are_drawn_decide_whatever_drives_them(degrees
     state: list = [None] * len(plan.system.unknowns)
     state[unknown(plan, "A.angle")] = degrees + 65
     carry = as_drawn(plan.system.scene)
-    moved = placed(plan, Parts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
+    moved = place_parts(plan, ConnectedParts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
     exact = (place, turn) if ahead == 1.0 else (0j, 1 + 0j)
     for pose in moved.now.things:
         assert complex(pose.x, pose.y) == pytest.approx(exact[0], abs=1e-9)
@@ -318,10 +318,10 @@ def test_only_some_poses_are_remembered():
     )
     for k in range(100):
         search._remember([Rejection(1.0, check=k % 30), Rejection(1.0, selector=3)])
-    assert len(search.turned_down) == REMEMBERED
+    assert len(search.turned_down) == KEPT_POSES
     search.turned_down.clear()
     search._remember([Rejection(1.0, check=1)] * 50)
-    assert len(search.turned_down) == REMEMBERED_EACH
+    assert len(search.turned_down) == KEPT_POSES_EACH
     assert search.begin == 0
 
 
@@ -337,7 +337,7 @@ def test_only_some_poses_are_remembered():
 def test_the_first_solution_is_found_where_it_begins(equation, onset, off):
     motion = motion_of(numbers(equation.format(t=f"(.t - {onset})") + "Bar.A = [x, 0]; Bar.angle = 0;", 2))
     segment = motion.segments[0]
-    (trouble,) = segment.troubles
+    (trouble,) = segment.failures
     assert trouble.kind is FailureKind.START
     assert trouble.until == pytest.approx(onset, abs=off)
     assert segment.pieces[-1].end == 2.0
@@ -348,17 +348,17 @@ def test_the_first_solution_is_found_where_it_begins(equation, onset, off):
 
 def test_what_never_has_a_solution_is_told_for_the_whole_step():
     motion = motion_of(numbers("x*x = .t - 9; Bar.A = [x, 0]; Bar.angle = 0;", 2))
-    (trouble,) = motion.segments[0].troubles
+    (trouble,) = motion.segments[0].failures
     assert (trouble.kind, trouble.until) == (FailureKind.START, 2.0)
     still = motion_of(numbers("x*x = -9; Bar.A = [x, 0]; Bar.angle = 0;", 2))
-    assert still.segments[0].troubles[0].until == 2.0
+    assert still.segments[0].failures[0].until == 2.0
 
 
 def followed(statements: str, end: float = 2.0):
     plan = plan_of(numbers(statements, end))
     found = select(plan, Fraction(0), 0.0, LOOK_AHEAD, as_drawn(plan.system.scene), {})
     assert found.choices is not None
-    piece, gaps = follow(plan, Fraction(0), 0.0, end, found.choices)
+    piece, gaps = follow_path(plan, Fraction(0), 0.0, end, found.choices)
     return plan, piece, gaps
 
 
@@ -450,7 +450,7 @@ def test_a_dead_centre_is_no_motion():
 
 
 def test_parts_that_nothing_ties_are_searched_apart():
-    from movimentum.solver.start.late import _connected
+    from movimentum.solver.start.delayed_start import _connected
 
     plan = plan_of(numbers("a*a = 4; b = a + 1; c*c = 9; d = c; e*e = 16; e*d > 0; f = 1; f ~ b;"))
     graph = nx.Graph([("a", "b"), ("c", "d"), ("e", "d"), ("f", "b")])

@@ -17,11 +17,11 @@ from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import VariableComponent
 from movimentum.solver.basis.body_pose import BodyPose
-from movimentum.solver.basis.pose_state import Carry, Snapshot, as_drawn
-from movimentum.solver.start.costs import Measures, pair, squared
-from movimentum.solver.start.misplaced import misplaced
-from movimentum.solver.start.part_fit import AboutThings, Lie, PartFit
-from movimentum.solver.start.placement import Parts, connected_parts, placed, rigid_motion, rigid_motions
+from movimentum.solver.basis.pose_state import PoseState, Snapshot, as_drawn
+from movimentum.solver.start.costs import StartCosts, at_both_instants, safe_square
+from movimentum.solver.start.misplaced_contacts import misplaced_contacts
+from movimentum.solver.start.part_fit import PartFit, RigidMotion, ThingConstraints
+from movimentum.solver.start.placement import ConnectedParts, connected_parts, place_parts, rigid_motion, rigid_motions
 from movimentum.tolerances import PLACED_ELSEWHERE, SAME_VALUE, SPELLING_WEIGHT
 from tests.solver.scenes import ARMS, numbers, plan_of, posed, unknown
 
@@ -52,8 +52,8 @@ def test_costs_are_sums_over_things(first, second, away, known, random):
         poses.append(posed(origin - turn * frame, pose.angle + degrees))
     unknowns = [u.number for u in plan.system.unknowns if isinstance(u.payload, PoseX | PoseY | PoseCos | PoseSin)]
     random.shuffle(unknowns)
-    carry = Carry(Snapshot(before, known=frozenset({0, 1}) if known else frozenset()))
-    found = Measures(plan, carry, 0.1).distances(unknowns, state_of(plan, poses))
+    carry = PoseState(Snapshot(before, known=frozenset({0, 1}) if known else frozenset()))
+    found = StartCosts(plan, carry, 0.1).distances(unknowns, state_of(plan, poses))
     turns = [math.radians(degrees) for degrees in (first, second)]
     moved = sum((isinstance(plan.system.unknowns[n].payload, PoseX)) for n in unknowns) * (away / plan.size) ** 2
     chords = sum(4 * math.sin(turn / 2) ** 2 for turn in turns)
@@ -63,7 +63,7 @@ def test_costs_are_sums_over_things(first, second, away, known, random):
 
 def test_spelled_values_count_by_their_size():
     plan = plan_of(ARMS.replace("x = 0;", "x = 0; a = A.angle; b = B.angle;"))
-    measures = Measures(plan, as_drawn(plan.system.scene), 0.1)
+    measures = StartCosts(plan, as_drawn(plan.system.scene), 0.1)
     state: list = [None] * len(plan.system.unknowns)
     x, angle = unknown(plan, "x"), unknown(plan, "A.angle")
     state[x], state[angle] = 3.0 * plan.size, np.array([720.0, 720.0])
@@ -81,12 +81,12 @@ def test_a_break_is_of_place_or_of_velocity(speed):
     ahead, x = 1e-3, unknown(plan, "x")
     state: list = [None] * len(plan.system.unknowns)
 
-    def broken(carry: Carry, value: float, rate: float) -> float:
+    def broken(carry: PoseState, value: float, rate: float) -> float:
         state[x] = np.array([value, value + rate * ahead])
-        return Measures(plan, carry, ahead).break_of(block, state)
+        return StartCosts(plan, carry, ahead).discontinuity(block, state)
 
-    moving = Carry(now, before, 0.5)
-    assert broken(Carry(Snapshot(poses)), 99.0, 0.0) == 0.0  # nothing is carried over
+    moving = PoseState(now, before, 0.5)
+    assert broken(PoseState(Snapshot(poses)), 99.0, 0.0) == 0.0  # nothing is carried over
     assert broken(moving, 8.0, speed) == pytest.approx(0.0, abs=1e-12)
     assert broken(moving, 8.1, speed) == 1.0
     assert broken(moving, math.nan, speed) == 1.0
@@ -95,15 +95,15 @@ def test_a_break_is_of_place_or_of_velocity(speed):
     for more in (3.0, -50.0):
         assert broken(moving, 8.0, speed + more) == pytest.approx(abs(more) * ahead / plan.size, rel=1e-9)
     assert broken(moving, 8.0, speed + 1e9) == 0.5
-    assert broken(Carry(now), 8.0, speed + 50.0) == 0.0  # no velocity is known
+    assert broken(PoseState(now), 8.0, speed + 50.0) == 0.0  # no velocity is known
 
 
 def test_a_value_at_two_instants():
-    assert pair(3) == (3.0, 3.0)
-    assert pair(np.array([4.0])) == (4.0, 4.0)
-    assert pair(np.array([4.0, 5.0])) == (4.0, 5.0)
-    assert squared(1e200) == math.inf
-    assert squared(np.float64(-3.0)) == 9.0
+    assert at_both_instants(3) == (3.0, 3.0)
+    assert at_both_instants(np.array([4.0])) == (4.0, 4.0)
+    assert at_both_instants(np.array([4.0, 5.0])) == (4.0, 5.0)
+    assert safe_square(1e200) == math.inf
+    assert safe_square(np.float64(-3.0)) == 9.0
 
 
 # --- rigid motions
@@ -122,8 +122,8 @@ def test_planted_rigid_motions_are_found(size, degrees):
     assert lie is not None
     assert cmath.exp(1j * lie.turn) == pytest.approx(turn, abs=1e-12)
     assert complex(lie.x, lie.y) == pytest.approx(way, abs=1e-11 * size)
-    assert rigid_motion([(p, p + 1e-14 * size, 0) for p in points], size) == Lie()
-    assert rigid_motion([], size) == Lie()
+    assert rigid_motion([(p, p + 1e-14 * size, 0) for p in points], size) == RigidMotion()
+    assert rigid_motion([], size) == RigidMotion()
     assert rigid_motion([(p, turn * p.conjugate() + way, 0) for p in points], size) is None
     assert rigid_motion([(p, 1.001 * turn * p + way, 0) for p in points], size) is None
     (still, _), (fits, lost), (turns, _), (aways, _) = rigid_motions(
@@ -162,13 +162,15 @@ def test_a_part_is_laid_where_its_pins_want_it(size, degrees, pinned):
     if pinned == "one and angle":
         state[unknown(plan, "B.angle")] = degrees
     clocks = [np.zeros(2) for _ in plan.clocks]
-    moved = placed(plan, Parts.of(plan), state, clocks, carry)
+    moved = place_parts(plan, ConnectedParts.of(plan), state, clocks, carry)
     for pose in moved.now.things:
         assert complex(pose.x, pose.y) == pytest.approx(complex(place), abs=1e-7 * size)
         assert complex(pose.c, pose.s) == pytest.approx(complex(turn), abs=1e-9)
         assert math.remainder(pose.angle - degrees, 360.0) == pytest.approx(0.0, abs=1e-7)
     known = replace(carry, now=replace(carry.now, known=frozenset({1})))
-    assert placed(plan, Parts.of(plan), state, clocks, known) is known  # what has a pose already is not laid anew
+    assert (
+        place_parts(plan, ConnectedParts.of(plan), state, clocks, known) is known
+    )  # what has a pose already is not laid anew
 
 
 @pytest.mark.parametrize("far", [0.0, 1e7])
@@ -187,7 +189,7 @@ def test_a_part_is_laid_from_any_pose_and_far_from_the_origin(far, begin, pins):
     state: list = [None] * len(plan.system.unknowns)
     if pins == 1:
         state[unknown(plan, "B.angle")] = math.degrees(2.0)
-    moved = placed(plan, Parts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
+    moved = place_parts(plan, ConnectedParts.of(plan), state, [np.zeros(2)] * len(plan.clocks), carry)
     for pose in moved.now.things:
         assert complex(pose.x, pose.y) == pytest.approx(place, abs=1e-6)
         assert complex(pose.c, pose.s) == pytest.approx(turn, abs=1e-9)
@@ -197,7 +199,7 @@ def test_a_part_is_laid_from_any_pose_and_far_from_the_origin(far, begin, pins):
 def test_a_part_that_fits_nowhere_stays_as_it_is_drawn():
     plan = plan_of(TRIANGLE.format(a=40, b=30, more="A.P = [0, 0]; B.Q = [90, 0];"))
     carry = as_drawn(plan.system.scene)
-    assert placed(plan, Parts.of(plan), [None] * len(plan.system.unknowns), [np.zeros(2)], carry) is carry
+    assert place_parts(plan, ConnectedParts.of(plan), [None] * len(plan.system.unknowns), [np.zeros(2)], carry) is carry
 
 
 def test_only_connected_things_are_one_part():
@@ -206,9 +208,9 @@ def test_only_connected_things_are_one_part():
     plan = plan_of(text.replace("@0", f"{more} @0"))
     names = {frozenset(plan.system.scene.things[t].name for t in part) for part in connected_parts(plan) if part}
     assert names >= {frozenset("ABC"), frozenset("DE")}
-    parts = [{body.thing for body in part} for part in Parts.of(plan).bodies]
+    parts = [{body.thing for body in part} for part in ConnectedParts.of(plan).bodies]
     assert sorted(map(sorted, parts)) == [[0, 1, 2], [3, 4]]
-    assert [{b.thing for b in part} for part in Parts.of(plan, {4}).bodies] == [{3, 4}]
+    assert [{b.thing for b in part} for part in ConnectedParts.of(plan, {4}).bodies] == [{3, 4}]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -218,14 +220,14 @@ def test_whether_a_part_meets_its_rows_somewhere(seed):
     far = place + cmath.exp(1j * math.radians(degrees)) * complex(40, 30)
     pins = f"A.P = [{place.real!r}, {place.imag!r}]; B.Q = [{far.real!r}, {far.imag!r}];"
     plan = plan_of(TRIANGLE.format(a=40, b=30, more=pins))
-    about = AboutThings.of(plan.system)
+    about = ThingConstraints.of(plan.system)
     rows = [e for e in plan.system.equations if e.form is Form.PLAIN and e.constraint is not None]
     fit = PartFit(
         plan, [None] * len(plan.system.unknowns), [np.zeros(1)], as_drawn(plan.system.scene), plan.bodies, rows, about
     )
     turn, middle = cmath.exp(1j * math.radians(degrees)), complex(*plan.system.shift)
     way = place + (turn - 1) * middle  # a pose is measured from there
-    lie = Lie(math.radians(degrees), way.real, way.imag)
+    lie = RigidMotion(math.radians(degrees), way.real, way.imag)
     assert fit.meets(lie)
     assert not fit.meets(replace(lie, x=lie.x + 0.01))
     assert not fit.meets(replace(lie, turn=lie.turn + 0.001))
@@ -241,7 +243,7 @@ def test_of_two_places_the_one_that_an_inequality_allows():
         text = TRIANGLE.format(a=40, b=30, more=f"A.P = [0, 0]; B.P.y = 20; B.P.x {sign} 0;")
         plan = plan_of(text)
         carry = as_drawn(plan.system.scene)
-        moved = placed(plan, Parts.of(plan), [None] * len(plan.system.unknowns), [np.zeros(2)], carry)
+        moved = place_parts(plan, ConnectedParts.of(plan), [None] * len(plan.system.unknowns), [np.zeros(2)], carry)
         pose = moved.now.things[0]
         assert complex(pose.c, pose.s) == pytest.approx(complex(side * math.sqrt(0.75), 0.5), abs=1e-9)
 
@@ -267,8 +269,8 @@ def test_a_contact_elsewhere_than_the_nearest_is_misplaced(angle):
     for shift, count in ((0.0, 0), (0.95 * edge, 0), (1.05 * edge, 1), (-1.05 * edge, 1), (120.0, 1), (180.0, 1)):
         state: list = [None] * len(plan.system.unknowns)
         state[n] = np.array([nearest + shift * outline.period / 360.0, 0.0])
-        assert misplaced(plan, state, base, [n], Fraction(0)) == count
-        assert misplaced(plan, state, base, [], Fraction(0)) == 0
+        assert misplaced_contacts(plan, state, base, [n], Fraction(0)) == count
+        assert misplaced_contacts(plan, state, base, [], Fraction(0)) == 0
 
 
 OVALS = """.config(10); One : .curve O = [0, 0] .param(u, [60*.cos(u), 30*.sin(u)]);
@@ -293,4 +295,4 @@ def test_two_outlines_touch_where_they_face_each_other(turn, gap):
         for which, value in ((0, one), (1, other)):
             outline = plan.system.unknowns[found[which]].payload.touch.outline
             state[found[which]] = np.array([value * outline.period / 360.0, 0.0])
-        assert misplaced(plan, state, base, found.values(), Fraction(0)) == count
+        assert misplaced_contacts(plan, state, base, found.values(), Fraction(0)) == count

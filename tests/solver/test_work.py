@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.penrose import transformable
 from movimentum.analysis import examine as examination
-from movimentum.analysis.diagnose.verify import first_shortfall
+from movimentum.analysis.diagnose.verify import first_unsolved_frame
 from movimentum.analysis.freedom import rank
 from movimentum.analysis.freedom.degrees import block_ranks, generic_moment
 from movimentum.analysis.freedom.rank import SparseRank
@@ -19,14 +19,14 @@ from movimentum.interop.linkages import linkage_script
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.codegen.writing import structures_compiled
 from movimentum.planning.structure.graph import maximum_matching
-from movimentum.solver import beginning
+from movimentum.solver import segment_start
 from movimentum.solver.block import change_points
 from movimentum.solver.block.problem import null_space
 from movimentum.solver.continuation import coincidences, steps, trace
 from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.start.options import BlockOptions
+from movimentum.solver.start.block_options import BlockOptions
 from movimentum.solver.start.resumption import times_after
 from movimentum.source import SourceText
 from movimentum.tolerances import RANK_TOLERANCE
@@ -88,7 +88,7 @@ def test_a_closed_drawing_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_a_final_instant_goes_on_from_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last `@time` states nothing new: the branch is known, and nothing is searched for."""
-    searched = counted(monkeypatch, beginning, "select")
+    searched = counted(monkeypatch, segment_start, "select")
     motion = motion_of(chain(6))
     assert len(motion.segments) == 2
     assert searched["select"] == 1
@@ -101,8 +101,8 @@ def test_following_a_chain_looks_for_nothing_upstream(monkeypatch: pytest.Monkey
 
 
 def test_what_is_before_a_block_is_evaluated_once_an_instant(monkeypatch: pytest.MonkeyPatch) -> None:
-    attempts = counted(monkeypatch, steps, "attempt")
-    single = counted(monkeypatch, trace, "attempt")
+    attempts = counted(monkeypatch, steps, "try_step")
+    single = counted(monkeypatch, trace, "try_step")
     evaluated = counted(monkeypatch, Piece, "before")
     timeline = arranged(understand(SourceText(str(WALSCHAERTS), WALSCHAERTS.read_text(encoding="utf-8"))), Choices())
     motion = moved(timeline)
@@ -111,17 +111,17 @@ def test_what_is_before_a_block_is_evaluated_once_an_instant(monkeypatch: pytest
     ]
     nodes = sum(len(piece.nodes) for piece in pieces)
     assert nodes > 200
-    assert single["attempt"] == 0
+    assert single["try_step"] == 0
     assert (
-        40 < attempts["attempt"] < nodes / 2
+        40 < attempts["try_step"] < nodes / 2
     )  # strides over many nodes; a step to each of them took 1.5 times as many
-    assert evaluated["before"] < attempts["attempt"]  # those at the nodes are looked up together
+    assert evaluated["before"] < attempts["try_step"]  # those at the nodes are looked up together
 
 
 def test_verifying_frames_compiles_nothing() -> None:
     motion = motion_of(FOUR_BAR)
     before = structures_compiled()
-    assert first_shortfall(motion) is None
+    assert first_unsolved_frame(motion) is None
     assert structures_compiled() == before
 
 

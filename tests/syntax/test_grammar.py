@@ -23,7 +23,7 @@ from movimentum.syntax.grammar import (
     make_tables,
     to_json,
 )
-from movimentum.syntax.words import CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.syntax.vocabulary import CLOCKS, FUNCTIONS, SYNONYMS
 
 ROOT = Path(__file__).parents[2]
 TABLES = ROOT / "movimentum" / "syntax" / TABLES_NAME

@@ -55,7 +55,7 @@ from movimentum.syntax.tree import (
     Text,
     Toward,
 )
-from movimentum.syntax.words import BARE_OPTIONS, CLOCKS, FUNCTIONS, SYNONYMS
+from movimentum.syntax.vocabulary import BARE_OPTIONS, CLOCKS, FUNCTIONS, SYNONYMS
 from movimentum.things.registry import KINDS
 from tests.syntax.scripts_of_trees import script_text
 from tests.understand import script_of, statement_of

@@ -37,7 +37,7 @@ def outline(text):
 def test_areas_and_lengths_are_those_of_closed_forms(text, area, length):
     found = outline(text)
     if area is not None:
-        drawn = np.array(found.drawn)
+        drawn = np.array(found.polyline)
         x, y = drawn.T
         polygon = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2
         assert polygon == pytest.approx(area, rel=2e-4)
@@ -82,7 +82,7 @@ def test_a_curve_through_points_has_no_jump_in_its_curvature(closed):
 
 def test_what_is_drawn_is_within_a_fiftieth_of_a_pixel():
     found = outline("A = [0,0] .polar(th, 300 + 40*.cos(5*th) + .abs(th - 180))")
-    drawn = np.array([*found.drawn, found.drawn[0]])
+    drawn = np.array([*found.polyline, found.polyline[0]])
     fine = found.points(np.linspace(found.first, found.last, 40_001))
     a, b = drawn[:-1], drawn[1:]
     for point in fine[::97]:

@@ -10,9 +10,9 @@ import pytest
 
 import movimentum as mv
 from movimentum.planning.blocks.kinds import Free
-from movimentum.planning.structure.metric import MetricAcross
-from movimentum.solver.kinds.free_drift import _advance, _bend
-from movimentum.solver.kinds.free_law import _weights, complement
+from movimentum.planning.structure.metric import VariantMetrics
+from movimentum.solver.kinds.variant_free_law import _weights, pseudo_inverses
+from movimentum.solver.kinds.variant_free_motion import _advance, _bend
 from movimentum.source import SourceText
 from movimentum.variants.axes import Axis, VariantGrid
 from movimentum.variants.measures import read_measures
@@ -131,7 +131,7 @@ def test_what_rows_leave_free_is_the_null_space():
     rows = generator.normal(size=(20, 3, 5))
     rows[7, 2] = rows[7, 0]  # redundant
     rows /= np.linalg.norm(rows, axis=2, keepdims=True)
-    inverse, free = complement(rows)
+    inverse, free = pseudo_inverses(rows)
     for k in range(20):
         np.testing.assert_allclose(inverse[k], np.linalg.pinv(rows[k], rcond=1e-8), atol=1e-10)
         np.testing.assert_allclose(free[k] @ free[k], free[k], atol=1e-10)
@@ -147,7 +147,7 @@ def test_metrics_of_variants_are_those_of_each():
         x, y = system.frame(thing).local(system.scene.things[thing].anchors[anchor].local)
         return np.full(2, x), np.full(2, y)
 
-    across = MetricAcross.of(system, block.core, local, 2)
+    across = VariantMetrics.of(system, block.core, local, 2)
     white, scale = block.metric.whitening
     for k in range(2):
         np.testing.assert_allclose(across.dense[k], block.metric.dense, rtol=1e-14)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.places import span_of_blocks, things_of
+from movimentum.analysis.diagnose.locations import span_of_blocks, things_of
 from movimentum.analysis.diagnose.trials import Trials
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Fix, Severity
@@ -17,12 +17,12 @@ from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.scene.model import ThingProperty, VariableComponent
-from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.path.piece import Piece
+from movimentum.solver.pose_assembly import snapshot
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
 from movimentum.solver.start.candidates import Candidate, Part
 from movimentum.text import listed, time_text
@@ -93,9 +93,9 @@ def _choice(
 ) -> tuple[list[str], list[Fix]]:
     """Notes on the differences between the solutions, and tried help that selects each of them."""
     from movimentum.analysis.diagnose.inequalities import (
+        candidate_at,
         described,
         follow_candidates,
-        followed_at,
         selecting_inequalities,
         selecting_wish,
     )
@@ -105,7 +105,7 @@ def _choice(
     plan = segment_motion.plan
     followed = [item.without(loose) for item in follow_candidates(segment_motion, beginning, part)]
     texts = selecting_inequalities(plan, followed)
-    poses = [followed_at(plan, segment_motion, part, state) for state in states[: len(followed)]]
+    poses = [candidate_at(plan, segment_motion, part, state) for state in states[: len(followed)]]
     words = described(plan, part.candidates[: len(followed)], poses, loose)
     notes: list[str] = []
     helps: list[Fix] = []
@@ -129,9 +129,9 @@ def _selects(trials: Trials, index: int, text: str, wanted: Snapshot, loose: Seq
     """Whether the statements ``text`` in the step of segment number ``index`` make it begin in the pose ``wanted``
     (except for ``loose`` variables) and cause no trouble. True if that cannot be tried.
     """
-    if not trials.able(index):
+    if not trials.can_try(index):
         return True
-    segment_motion = trials.sound(index, text)
+    segment_motion = trials.without_trouble(index, text)
     piece = None if segment_motion is None else segment_motion.pieces[0]
     if segment_motion is None or not isinstance(piece, Piece):
         return False

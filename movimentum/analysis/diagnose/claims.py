@@ -16,24 +16,24 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Claim, Relation
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.source import SourceText
 from movimentum.text import counted, number, time_text
-from movimentum.timeline.model import HeldClaim
+from movimentum.timeline.model import TimedClaim
 from movimentum.tolerances import CLAIM_MET, CLAIM_NEARLY_MET, NEXT_ROUND, NO_DIRECTION
 
 CHUNK = 8192
 HALVINGS = 60
-BETWEEN, MOST_PEAKS, ZOOMED = 4, 40, 16
+INSTANTS_BETWEEN, MOST_PEAKS, ZOOMS = 4, 40, 16
 """Of claims about gaps: instants in each interval of the grid; narrow places that are looked at closely; how often."""
 DIGITS = 60
 """Of claims of constants alone."""
-AT_MOST = 50_000
+MOST_INSTANTS = 50_000
 """Instants between the frames at which claims are looked at in one segment: each costs ten microseconds."""
 
 
 @dataclass(frozen=True, slots=True)
-class Broken:
+class BrokenClaim:
     """A claim that does not hold: from ``time`` on its error is larger than ``tolerance``; it is worst at
     ``worst_time``.
 
@@ -55,12 +55,12 @@ class Broken:
     failing: tuple[tuple[int, int], ...] = ()
 
 
-def broken_claims(motion: PathMotion, claims: Sequence[HeldClaim] | None = None) -> Iterator[Broken]:
+def broken_claims(motion: PathMotion, claims: Sequence[TimedClaim] | None = None) -> Iterator[BrokenClaim]:
     """The claims of the timeline (or these) that do not hold, in the order written. Times without a solution are not
     judged.
     """
     timeline = motion.timeline
-    judges = [_Judge(motion, held) for held in (timeline.claims if claims is None else claims)]
+    judges = [_ClaimCheck(motion, held) for held in (timeline.claims if claims is None else claims)]
     if not judges:
         return
     for first in range(0, timeline.frame_count, CHUNK):
@@ -68,34 +68,34 @@ def broken_claims(motion: PathMotion, claims: Sequence[HeldClaim] | None = None)
         times = [timeline.frame_time(frame) for frame in range(first, stop)]
         poses = motion.poses(first, stop)
         for judge in judges:
-            judge.look(poses, times, first)
+            judge.check(poses, times, first)
     grid = _grid(motion)
     for first in range(0, len(grid), CHUNK):
         times = grid[first : first + CHUNK]
         poses = motion.poses_at(times)
         for judge in judges:
-            judge.look(poses, times)
+            judge.check(poses, times)
     for judge in judges:
-        if judge.held.claim.of_gaps and judge.held.claim.relation is not Relation.EQUAL:
-            judge.look_between(grid)
+        if judge.timed_claim.claim.of_gaps and judge.timed_claim.claim.relation is not Relation.EQUAL:
+            judge.check_between(grid)
     yield from (found for judge in judges if (found := judge.verdict()) is not None)
 
 
 def _grid(motion: PathMotion) -> list[Fraction]:
-    """The instants at which the solver followed its paths, `AT_MOST` of each segment's."""
+    """The instants at which the solver followed its paths, `MOST_INSTANTS` of each segment's."""
     times: set[Fraction] = set()
     for segment_motion in motion.segments:
-        nodes = [piece.nodes for piece in segment_motion.pieces if not isinstance(piece, Unsolved)]
+        nodes = [piece.nodes for piece in segment_motion.pieces if not isinstance(piece, UnsolvedInterval)]
         if nodes:
             tau = np.unique(np.concatenate(nodes))
-            if len(tau) > AT_MOST:
-                tau = tau[np.linspace(0, len(tau) - 1, AT_MOST).round().astype(np.intp)]
+            if len(tau) > MOST_INSTANTS:
+                tau = tau[np.linspace(0, len(tau) - 1, MOST_INSTANTS).round().astype(np.intp)]
             times.update(segment_motion.segment.start + Fraction(value) for value in tau.tolist())
     end = motion.timeline.end
     return sorted(time for time in times if time <= end)
 
 
-def off_by(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
+def claim_errors(claim: Claim, values: Sequence[FloatArray]) -> FloatArray:
     """(F,) how far the two sides are from what is claimed; 0 or less where an inequality holds."""
     count = len(claim.left)
     left, right = values[:count], values[count:]
@@ -121,15 +121,15 @@ def _constant_off(claim: Claim) -> float | None:
 
     numbers = Evaluator(DigitsArithmetic(DIGITS))
     apart = [np.asarray(numbers.constant(a) - numbers.constant(b), dtype=np.float64) for a, b in pairs]
-    return float(off_by(claim, [*apart, *(np.zeros(1) for _ in apart)])[0])
+    return float(claim_errors(claim, [*apart, *(np.zeros(1) for _ in apart)])[0])
 
 
-class _Judge:
+class _ClaimCheck:
     """Checks poses, and remembers where its claim fails."""
 
-    def __init__(self, motion: PathMotion, held: HeldClaim) -> None:
+    def __init__(self, motion: PathMotion, held: TimedClaim) -> None:
         claim = held.claim
-        self.motion, self.held = motion, held
+        self.motion, self.timed_claim = motion, held
         sides = *claim.left, *claim.right
         # the sine and the cosine of each angle, which is none where both are 0
         self.turns = [arg for node in walk(*sides) if node.op == "atan2d" for arg in node.args]
@@ -158,19 +158,23 @@ class _Judge:
         return list(values[:count]), told
 
     def failing(self, off: FloatArray) -> NDArray[np.bool_]:
-        strict = self.held.claim.strict and self.held.claim.tolerance is None
+        strict = self.timed_claim.claim.strict and self.timed_claim.claim.tolerance is None
         return ~(off < 0.0) if strict else ~(off <= self.tolerance)
 
-    def look(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
+    def check(self, poses: Poses, times: Sequence[Fraction], frame: int | None = None) -> None:
         """Judge poses; ``frame``: the number of the first one, if they are frames."""
-        inside = np.array([self.held.covers(time) for time in times], dtype=np.bool_)
+        inside = np.array([self.timed_claim.covers(time) for time in times], dtype=np.bool_)
         if not (inside & poses.solved).any():
             return
         values, told = self.read(poses)
         places = np.nonzero(inside & told)[0]
         if len(places) == 0:
             return
-        off = off_by(self.held.claim, values) if self.constant is None else np.full(len(times), self.constant)
+        off = (
+            claim_errors(self.timed_claim.claim, values)
+            if self.constant is None
+            else np.full(len(times), self.constant)
+        )
         fails = self.failing(off)
         self.looked += len(places)
         bad = places[fails[places]]
@@ -189,12 +193,12 @@ class _Judge:
         if not off[top] <= self.worst:
             self.worst, self.worst_time = float(off[top]), times[top]
 
-    def look_between(self, grid: Sequence[Fraction]) -> None:
+    def check_between(self, grid: Sequence[Fraction]) -> None:
         """Look where the sides come nearest to each other between these instants: outlines pass each other quickly."""
-        inside = np.array([float(time) for time in grid if self.held.covers(time)])
+        inside = np.array([float(time) for time in grid if self.timed_claim.covers(time)])
         if len(inside) < 2:
             return
-        parts = np.arange(BETWEEN) / BETWEEN
+        parts = np.arange(INSTANTS_BETWEEN) / INSTANTS_BETWEEN
         tau = np.append((inside[:-1, None] + np.diff(inside)[:, None] * parts).ravel(), inside[-1])
         off = self._off(tau)
         held = np.abs(off) <= self.tolerance  # they touch all along: only rounding is to be seen there
@@ -202,31 +206,31 @@ class _Judge:
         peaks = np.nonzero(peak)[0] + 1
         peaks = peaks[np.argsort(-off[peaks], kind="stable")[:MOST_PEAKS]]
         low, high, best = tau[peaks - 1], tau[peaks + 1], tau[peaks]
-        for _ in range(ZOOMED if len(peaks) else 0):
+        for _ in range(ZOOMS if len(peaks) else 0):
             times = low[:, None] + (high - low)[:, None] * (np.arange(7) / 6.0)
             found = self._off(times.ravel()).reshape(times.shape)
             k, rows = np.argmax(found, axis=1), np.arange(len(times))
             best = times[rows, k]
             low, high = times[rows, np.maximum(k - 1, 0)], times[rows, np.minimum(k + 1, 6)]
         exactly = sorted({Fraction(time) for time in best.tolist()})
-        self.look(self.motion.poses_at(exactly), exactly)
+        self.check(self.motion.poses_at(exactly), exactly)
 
     def _off(self, tau: FloatArray) -> FloatArray:
         """(F,): by how much the claim is off at times; -inf where there is no solution."""
         times, back = np.unique(tau, return_inverse=True)
         poses = self.motion.poses_at([Fraction(time) for time in times.tolist()])
         values, told = self.read(poses)
-        off = off_by(self.held.claim, values)
+        off = claim_errors(self.timed_claim.claim, values)
         return np.where(told & np.isfinite(off), off, -np.inf)[back]
 
-    def verdict(self) -> Broken | None:
+    def verdict(self) -> BrokenClaim | None:
         if self.fails is None:
             return None
         time, values, amount = self.fails
-        count = len(self.held.claim.left)
+        count = len(self.timed_claim.claim.left)
         before = max((t for t in self.good if t < time), default=None)
-        return Broken(
-            claim=self.held.claim,
+        return BrokenClaim(
+            claim=self.timed_claim.claim,
             time=float(time if before is None else self._edge(before, time)),
             frame=-int((self.motion.timeline.start - time) * self.motion.timeline.fps // 1),
             left=values[:count],
@@ -247,7 +251,7 @@ class _Judge:
                 break
             poses = self.motion.poses_at([middle])
             values, told = self.read(poses)
-            if told[0] and self.failing(off_by(self.held.claim, values))[0]:
+            if told[0] and self.failing(claim_errors(self.timed_claim.claim, values))[0]:
                 bad = middle
             else:
                 good = middle
@@ -269,7 +273,7 @@ def claim_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
         yield _diagnostic(broken, motion.size, motion.timeline.scene.source)
 
 
-def _diagnostic(broken: Broken, size: float, source: SourceText) -> Diagnostic:
+def _diagnostic(broken: BrokenClaim, size: float, source: SourceText) -> Diagnostic:
     from movimentum.scene.text_edits import tolerated
 
     claim = broken.claim
@@ -303,7 +307,7 @@ def _diagnostic(broken: Broken, size: float, source: SourceText) -> Diagnostic:
     ).advised(*helps)
 
 
-def _digits(broken: Broken) -> int:
+def _digits(broken: BrokenClaim) -> int:
     """Enough digits to make the two sides look different."""
     size = max(map(abs, (*broken.left, *broken.right)), default=0.0)
     if not (np.isfinite(size) and broken.amount > 0.0 and np.isfinite(broken.amount)):

@@ -46,8 +46,8 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
                 when = f"from t = {time_text(float(times[below[0]]))} on"
                 deep = f", by up to {-float(off[worst]):.3g} px at t = {time_text(float(times[worst]))}"
                 yield _undercut(scene, item, f"they overlap {when}{deep}") or _second(item, f"{when}{deep}")
-            elif segment_motion.troubles:
-                begin = time_text(float(min(trouble.begin for trouble in segment_motion.troubles) + segment.start))
+            elif segment_motion.failures:
+                begin = time_text(float(min(failure.begin for failure in segment_motion.failures) + segment.start))
                 if (
                     undercut := _undercut(scene, item, f"it cannot go through one at t = {begin}", corners=True)
                 ) is not None:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from movimentum.analysis.diagnose.cords import numbered
+from movimentum.analysis.diagnose.cords import numbered_symbol
 from movimentum.arrays import FloatArray, least_squares
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.expressions import neg, substitute, symbol, symbols
@@ -21,31 +21,37 @@ from movimentum.scene.model import Constraint
 from movimentum.scene.names import symbol_name
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.segment_motion import SegmentMotion
-from movimentum.solver.start.contradictions import part_of
-from movimentum.solver.start.demands import Demands, Effort, OutOfEffortError, demands_of, scattered
-from movimentum.solver.start.fitting import Fitting
+from movimentum.solver.start.best_fit import RowFit
+from movimentum.solver.start.contradictions import part_rows
+from movimentum.solver.start.requirements import (
+    OutOfEffortError,
+    Requirements,
+    WorkBudget,
+    random_poses,
+    requirements_at,
+)
 from movimentum.source import Edit
 from movimentum.text import number
 from movimentum.timeline.cords import CordParts
 from movimentum.tolerances import CORD_ENDS, FIT_ROW_MET, INEQUALITY_MET, UNWRAPPED_DEG
 
 EFFORT = 4e8
-"""Work for both lengths, see `Effort`."""
+"""Work for both lengths, see `WorkBudget`."""
 STARTS = 8
 """Poses from which each is looked for: the one that is drawn, and random ones about it."""
 STEPS, CORRECTIONS = 80, 4
 FIRST_STEP, LONGEST_STEP = 0.05, 0.5
 """In units of the unknowns' scale."""
-FAR = 12.0
+LARGEST_LENGTH = 12.0
 """Of the scene's size, and of the cord: one that can be longer has no longest length that anybody asks for."""
-INSIDE = 1e-2
+SUGGESTION_MARGIN = 1e-2
 """Of the length, or of the room for it: how far inside a length is that is offered."""
 STATED = re.compile(r"([^=]*=)[^=;]*?((?:\s*\.grips\b[^;]*)?\s*;?)", re.DOTALL)
 """What states a length: up to the length, and after it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Lengths:
+class LengthRange:
     """``shortest`` and ``longest`` (infinite where there is none) length of a cord in pixels."""
 
     shortest: float
@@ -76,7 +82,7 @@ def _length_diagnostic(segment_motion: SegmentMotion, block: Block, item: Constr
     low, high = number(found.shortest), number(found.longest)
     span = f"between {low} and {high} px" if np.isfinite(found.longest) else f"{low} px or more"
     nearest, room = (found.shortest if short else found.longest), found.longest - found.shortest
-    value = f"{nearest + (INSIDE if short else -INSIDE) * min(room, nearest):.5g}"
+    value = f"{nearest + (SUGGESTION_MARGIN if short else -SUGGESTION_MARGIN) * min(room, nearest):.5g}"
     text = STATED.fullmatch(scene.source.slice(item.span))
     typed = " ".join(f"{text[1]} {value}{text[2]}".split()) if text else f"{written} = {value}"
     edits = () if text is None else (Edit(item.span, f"{text[1]} {value}{text[2]}"),)
@@ -91,27 +97,27 @@ def _length_diagnostic(segment_motion: SegmentMotion, block: Block, item: Constr
 
 def possible_lengths(
     segment_motion: SegmentMotion, block: Block, item: Constraint, cord: Cord, stated: float
-) -> Lengths | None:
+) -> LengthRange | None:
     """Along the poses that meet all but the cord's length, uphill and downhill by projected gradients; None where no
     such pose is found.
     """
     plan = segment_motion.plan
     with np.errstate(all="ignore"):
         try:
-            demands = demands_of(plan, 0.0, segment_motion.base, Effort(EFFORT))
-            rows, _ = part_of(demands, plan, frozenset(block.unknowns))
-            demands = demands.restricted(rows)
+            requirements = requirements_at(plan, 0.0, segment_motion.base, WorkBudget(EFFORT))
+            rows, _ = part_rows(requirements, plan, frozenset(block.unknowns))
+            requirements = requirements.restricted(rows)
             own = [
                 i
-                for i, row in enumerate(demands.rows)
-                if row.member == ("constraint", item.number) and not row.side and i >= demands.linear
+                for i, row in enumerate(requirements.rows)
+                if row.member == ("constraint", item.number) and not row.side and i >= requirements.linear
             ]
             if not own:
                 return None
-            row = max(own, key=lambda i: max(demands.rows[i].equations))  # before it those of its turns
-            walk = _WithoutCord(demands, row, cord, stated if item.left[0].value is None else -stated)
+            row = max(own, key=lambda i: max(requirements.rows[i].equations))  # before it those of its turns
+            walk = _WithoutCord(requirements, row, cord, stated if item.left[0].value is None else -stated)
             starts = walk.starts()
-            far = FAR * max([plan.size, *(walk.length(start) for start in starts)])
+            far = LARGEST_LENGTH * max([plan.size, *(walk.length(start) for start in starts)])
             shortest, longest = ([walk.end(start, way, far) for start in starts] for way in (-1.0, 1.0))
         except OutOfEffortError:
             return None
@@ -119,23 +125,23 @@ def possible_lengths(
         return None
     # where only some ways go on without end, they go round a wheel over and over
     ended = [each for each in longest if each <= far]
-    return Lengths(min(shortest), max(ended, default=np.inf))
+    return LengthRange(min(shortest), max(ended, default=np.inf))
 
 
 class _WithoutCord:
     """Poses that meet all of some demands but ``row``, the length of a cord less ``stated``."""
 
-    def __init__(self, demands: Demands, row: int, cord: Cord, stated: float) -> None:
-        self.demands, self.stated = demands, stated
-        self.fitting = Fitting(demands, [i for i in range(len(demands.rows)) if i != row])
-        self.place = row - demands.linear
-        system = demands.plan.system
+    def __init__(self, requirements: Requirements, row: int, cord: Cord, stated: float) -> None:
+        self.requirements, self.stated = requirements, stated
+        self.fitting = RowFit(requirements, [i for i in range(len(requirements.rows)) if i != row])
+        self.place = row - requirements.linear
+        system = requirements.plan.system
         wraps = [wrap.angle for wrap in CordParts(system.scene, cord).wraps if not wrap.drum]
         known = [angle for angle in wraps if {*symbols(angle)} <= system.number_of.keys()]
-        renamed = [substitute(angle, partial(numbered, system.number_of)) for angle in known]
-        self.wraps = compiled(renamed, Clocks(demands.plan.clocks)) if renamed else None
+        renamed = [substitute(angle, partial(numbered_symbol, system.number_of)) for angle in known]
+        self.wraps = compiled(renamed, Clocks(requirements.plan.clocks)) if renamed else None
         chosen = [each.value for each in system.selectors if each.constraint is not None]
-        self.sides = compiled(chosen, Clocks(demands.plan.clocks)) if chosen else None
+        self.sides = compiled(chosen, Clocks(requirements.plan.clocks)) if chosen else None
         turning = [
             (equation.original, unknown.number, unknown.payload.drawn - 180.0)
             for equation in system.equations
@@ -145,12 +151,12 @@ class _WithoutCord:
             and equation.original.args[-1:] == (neg(symbol(unknown.number)),)
         ]
         self.bearings = [(n, first) for _, n, first in turning]
-        self.turns = compiled([root for root, _, _ in turning], Clocks(demands.plan.clocks)) if turning else None
+        self.turns = compiled([root for root, _, _ in turning], Clocks(requirements.plan.clocks)) if turning else None
 
     def starts(self) -> list[FloatArray]:
         """Coordinates of poses to begin with."""
-        demands, fitting = self.demands, self.fitting
-        poses = np.concatenate([demands.first[None], scattered(demands, STARTS)[1:]])
+        requirements, fitting = self.requirements, self.fitting
+        poses = np.concatenate([requirements.first[None], random_poses(requirements, STARTS)[1:]])
         poses[1:] = fitting.fit(poses[1:]).u
         found: list[FloatArray] = []
         for z in fitting.brought(poses):
@@ -162,27 +168,27 @@ class _WithoutCord:
 
     def _turned(self, u: FloatArray) -> FloatArray:
         """A pose with the turns of the cords that its places make."""
-        u, scale = u.copy(), self.demands.scale
+        u, scale = u.copy(), self.requirements.scale
         if self.turns is not None:
-            angles = self.turns([np.array([value]) for value in u * scale], self.demands.clocks)
+            angles = self.turns([np.array([value]) for value in u * scale], self.requirements.clocks)
             for (n, first), off in zip(self.bearings, angles, strict=True):
                 turn = float(np.ravel(off)[0]) + u[n] * scale[n]
                 u[n] = (first + (turn - first) % 360.0) / scale[n]
         return u
 
     def _pose(self, z: FloatArray) -> FloatArray:
-        u = self.demands.first.copy()
+        u = self.requirements.first.copy()
         u[self.fitting.columns] = self.fitting.origin + self.fitting.basis @ z
         return u
 
     def _at(self, z: FloatArray) -> tuple[FloatArray, FloatArray, float, FloatArray]:
         """Residuals of the other rows, their slopes, the length and its slopes."""
         u = self._pose(z)[None]
-        residual, slopes = self.demands.values(u)
+        residual, slopes = self.requirements.values(u)
         wide = np.zeros((slopes.shape[1], len(self.fitting.columns)))
         wide[:, self.fitting.into] = slopes[0][:, self.fitting.from_]
         wide = wide @ self.fitting.basis
-        weight = float(self.demands.weights[self.place])
+        weight = float(self.requirements.weights[self.place])
         length = float(residual[0, self.place]) / weight + self.stated
         others = self.fitting.others
         return residual[0, others], wide[others], length, wide[self.place] / weight
@@ -200,11 +206,11 @@ class _WithoutCord:
 
     def _allowed(self, z: FloatArray) -> bool:
         """Whether no wheel is left by the cord, and inequalities hold."""
-        state: State = [np.array([value]) for value in self._pose(z) * self.demands.scale]
-        least = -INEQUALITY_MET * self.demands.plan.size
+        state: State = [np.array([value]) for value in self._pose(z) * self.requirements.scale]
+        least = -INEQUALITY_MET * self.requirements.plan.size
 
         def above(function: Compiled | None, lowest: float) -> bool:
-            values = () if function is None else function(state, self.demands.clocks)
+            values = () if function is None else function(state, self.requirements.clocks)
             return all(float(np.ravel(value)[0]) >= lowest for value in values)
 
         return above(self.wraps, -UNWRAPPED_DEG) and above(self.sides, least)
@@ -225,7 +231,7 @@ class _WithoutCord:
             across = least_squares(slopes, (slopes @ uphill)[:, None])[:, 0] if len(slopes) else np.zeros_like(uphill)
             way = sign * (uphill - across)
             size = float(np.hypot.reduce(way)) if len(way) else 0.0
-            if size <= CORD_ENDS * self.demands.plan.size or abs(length) > far:
+            if size <= CORD_ENDS * self.requirements.plan.size or abs(length) > far:
                 break
             moved = self._met(z + step * way / size)
             reached = None if moved is None else self._at(moved)

@@ -17,8 +17,8 @@ from movimentum.scene.leaves import Bearing, Cord, cords_of
 from movimentum.scene.model import Constraint, Relation, Scene
 from movimentum.scene.names import symbol_name
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece, evaluated
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.path.piece import Piece, evaluate_piece
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.text import number, time_text
 from movimentum.timeline.cords import CordParts, Wrap
 from movimentum.tolerances import UNWRAPPED_AT, UNWRAPPED_DEG
@@ -27,7 +27,7 @@ Angles = Callable[[FloatArray], FloatArray]
 """From offsets in a segment to degrees."""
 
 
-def slack(motion: PathMotion) -> Iterator[Diagnostic]:
+def slack_cords(motion: PathMotion) -> Iterator[Diagnostic]:
     """A warning for each wheel that a cord would leave, with when that is first so."""
     scene = motion.timeline.scene
     equations = (item for item in scene.constraints() if item.relation is Relation.EQUAL)
@@ -40,13 +40,13 @@ def slack(motion: PathMotion) -> Iterator[Diagnostic]:
                 for wrap in CordParts(scene, cord).wraps:
                     if (cord, wrap.stop) in reported:
                         continue
-                    when = _first_below(segment_motion, wrap)
+                    when = _first_negative_wrap(segment_motion, wrap)
                     if when is not None:
                         reported.add((cord, wrap.stop))
                         yield _slack_diagnostic(motion, item, cord, wrap, segment_motion.segment.start + Fraction(when))
 
 
-def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
+def drawn_lengths(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
     """Of each cord among ``items`` how long it is as everything is drawn, and how long it is to be; or that it has no
     tangents.
     """
@@ -72,10 +72,10 @@ def as_drawn(scene: Scene, items: Sequence[Constraint]) -> Iterator[str]:
                 yield f"as everything is drawn, there is no tangent for `{symbol_name(scene, cord)}`: {inside}"
 
 
-def _first_below(segment_motion: SegmentMotion, wrap: Wrap) -> float | None:
+def _first_negative_wrap(segment_motion: SegmentMotion, wrap: Wrap) -> float | None:
     """The first offset in a segment at which a wrap is less than none."""
     for piece in segment_motion.pieces:
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             continue
         tau = np.unique(np.concatenate([[piece.begin, piece.end], piece.nodes]))
         tau = tau[(tau >= piece.begin) & (tau <= piece.end)]
@@ -103,18 +103,18 @@ def _angle_of(piece: Piece, wrap: Wrap) -> Angles | None:
     if not numbers or None in numbers:
         return None
     clocks = Clocks()
-    function = compiled([substitute(wrap.angle, partial(numbered, piece.plan.system.number_of))], clocks)
+    function = compiled([substitute(wrap.angle, partial(numbered_symbol, piece.plan.system.number_of))], clocks)
 
     def angle(tau: FloatArray) -> FloatArray:
         instants = piece.instants(tau)
-        state, _ = evaluated(piece, instants)
+        state, _ = evaluate_piece(piece, instants)
         (found,) = function(state, instants.clocks)
         return np.broadcast_to(found, len(tau))
 
     return angle
 
 
-def numbered(number_of: Mapping[Hashable, int], node: Expr) -> Expr | None:
+def numbered_symbol(number_of: Mapping[Hashable, int], node: Expr) -> Expr | None:
     """A symbol by the number of its unknown; None for what is none."""
     return symbol(number_of[node.payload]) if node.op == "symbol" else None
 

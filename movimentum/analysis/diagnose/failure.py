@@ -9,13 +9,18 @@ import numpy as np
 from movimentum.advice import Advised, Choose
 from movimentum.analysis.diagnose.conflict import unmet_check
 from movimentum.analysis.diagnose.cord_lengths import too_long_or_short
-from movimentum.analysis.diagnose.cords import as_drawn
-from movimentum.analysis.diagnose.ends import given_up, table_left
-from movimentum.analysis.diagnose.outline_ends import end_of_curve
-from movimentum.analysis.diagnose.places import constraint_of, span_of_blocks
+from movimentum.analysis.diagnose.cords import drawn_lengths
+from movimentum.analysis.diagnose.curve_ends import end_of_curve
+from movimentum.analysis.diagnose.locations import constraint_of, span_of_blocks
 from movimentum.analysis.diagnose.pushing import push_failure
-from movimentum.analysis.diagnose.reach import bind, driven_past, off_text, runaway
-from movimentum.analysis.diagnose.remedies import left_out, left_out_in_turn, other_pins, so_long
+from movimentum.analysis.diagnose.reach import binding_constraints, driven_past, off_text, value_at_infinity
+from movimentum.analysis.diagnose.remedies import (
+    with_length,
+    with_other_pins,
+    without_constraint,
+    without_each_constraint,
+)
+from movimentum.analysis.diagnose.tables_and_odes import failed_integration, table_exceeded
 from movimentum.diagnostics import Diagnostic, Fix, Label, Severity
 from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.structure.rates import reader_of
@@ -28,7 +33,7 @@ from movimentum.settings import Advice
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
 from movimentum.solver.start.candidates import Selection
-from movimentum.solver.start.judgements import Rejection
+from movimentum.solver.start.early_checks import Rejection
 from movimentum.source import Edit, Span, UnfoldedText
 from movimentum.text import counted, number, time_text
 from movimentum.tolerances import SAME_INSTANT, SAME_LENGTH, STEADY_AMOUNT, WITHOUT_VALUE_AT_ONCE
@@ -37,61 +42,64 @@ if TYPE_CHECKING:
     from movimentum.analysis.diagnose.conflict import Conflict
     from movimentum.solver.start.contradictions import Contradiction
 
-AT_ONCE = 2e-3
+SHORTEST_AGREEMENT = 2e-3
 """Of a step: constraints that agree for a shorter time contradict each other, and only happen to agree where the step
 begins.
 """
 SAMPLES = 5
 """Moments of a segment at which a contradiction must hold to count as the script's own."""
-_MISSED = "nothing proves that there is none: the search may have missed it"
+_SEARCH_FAILED = "nothing proves that there is none: the search may have missed it"
 MOST_COPIES = 2
 """Of one definition: for so many of its copies, the last and the first, another length is offered."""
 
 
 def failure_diagnostic(
-    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, advice: Advice = Advice.TRIED
+    motion: PathMotion, segment_motion: SegmentMotion, failure: Failure, advice: Advice = Advice.TRIED
 ) -> tuple[Diagnostic, int]:
     """The diagnostic for the first trouble of a segment, and the exit code: 1 (contradiction) or 3 (no solution at some
     time).
     """
-    if (away := runaway(motion, segment_motion, trouble)) is not None:
+    if (away := value_at_infinity(motion, segment_motion, failure)) is not None:
         return away, 3
-    if (pushed := push_failure(motion, segment_motion, trouble)) is not None:
+    if (pushed := push_failure(motion, segment_motion, failure)) is not None:
         return pushed
-    if (ended := end_of_curve(motion, segment_motion, trouble)) is not None:
+    if (ended := end_of_curve(motion, segment_motion, failure)) is not None:
         return ended, 3
-    block = None if trouble.block is None else segment_motion.plan.blocks[trouble.block]
-    if trouble.kind is FailureKind.GAP and block is not None and _is_formula(block):
-        return _undefined(segment_motion, block, trouble.begin, trouble.until), 3
-    if trouble.kind is FailureKind.GAP and (ended := given_up(segment_motion, trouble)) is not None:
+    block = None if failure.block is None else segment_motion.plan.blocks[failure.block]
+    if failure.kind is FailureKind.GAP and block is not None and _is_formula(block):
+        return _undefined(segment_motion, block, failure.begin, failure.until), 3
+    if failure.kind is FailureKind.GAP and (ended := failed_integration(segment_motion, failure)) is not None:
         return ended, 3
-    if trouble.kind is FailureKind.GAP and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
+    if (
+        failure.kind is FailureKind.GAP
+        and (bound := binding_constraints(motion, segment_motion, failure, advice)) is not None
+    ):
         return bound, 3
-    if trouble.kind is FailureKind.SELECTOR:
-        return _left_nothing(motion, segment_motion, trouble, trouble.begin), 3
-    if trouble.kind is FailureKind.CHECK:
-        return _no_longer(motion, segment_motion, trouble)
-    if trouble.kind is FailureKind.LIMIT:
-        return not_looked_at(segment_motion, trouble), 3
-    return _no_beginning(motion, segment_motion, trouble, advice)
+    if failure.kind is FailureKind.SELECTOR:
+        return _all_rejected(motion, segment_motion, failure, failure.begin), 3
+    if failure.kind is FailureKind.CHECK:
+        return _contradiction_later(motion, segment_motion, failure)
+    if failure.kind is FailureKind.LIMIT:
+        return unexamined_failures(segment_motion, failure), 3
+    return _no_beginning(motion, segment_motion, failure, advice)
 
 
-def not_looked_at(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic:
+def unexamined_failures(segment_motion: SegmentMotion, failure: Failure) -> Diagnostic:
     """A motion that comes to an end over and over, and what comes after the last of these that was looked at."""
-    when = _at(segment_motion, trouble.begin)
-    if trouble.selector is not None:
-        number_ = segment_motion.plan.system.selectors[trouble.selector].constraint
+    when = _at(segment_motion, failure.begin)
+    if failure.selector is not None:
+        number_ = segment_motion.plan.system.selectors[failure.selector].constraint
         constraint = constraint_of(segment_motion, number_)
         span = None if constraint is None else constraint.span
         what = "the motion leaves this inequality again and again"
         notes, helps = ("whatever satisfies it violates it again at once, over and over",), ()
     else:
-        assert trouble.block is not None
+        assert failure.block is not None
         span = (
-            span_of_blocks(segment_motion, (trouble.block,))
+            span_of_blocks(segment_motion, (failure.block,))
             or segment_motion.plan.system.scene.steps[segment_motion.segment.step].span
         )
-        ends = [item.begin for item in segment_motion.troubles if item.kind is FailureKind.GAP]
+        ends = [item.begin for item in segment_motion.failures if item.kind is FailureKind.GAP]
         what = f"the motion comes to an end {len(ends)} times from t = {_at(segment_motion, min(ends))} on"
         notes = ("the frames after that have no pose; there may well be a solution",)
         helps = (f"`@{when}` begins another step there, which is looked at on its own",)
@@ -107,18 +115,18 @@ def not_looked_at(segment_motion: SegmentMotion, trouble: Failure) -> Diagnostic
     )
 
 
-def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int]:
+def _contradiction_later(motion: PathMotion, segment_motion: SegmentMotion, failure: Failure) -> tuple[Diagnostic, int]:
     """Constraints that agreed where the path began, and contradict each other from some time on."""
     from movimentum.analysis.diagnose.conflict import find_conflict
 
     plan = segment_motion.plan
-    assert trouble.check is not None
-    around = set(plan.system.equations[trouble.check].unknowns)
+    assert failure.check is not None
+    around = set(plan.system.equations[failure.check].unknowns)
     length = float(segment_motion.segment.end - segment_motion.segment.start)
-    tau = min(trouble.begin + 1.0 / float(motion.timeline.fps), 0.5 * (trouble.begin + length))
+    tau = min(failure.begin + 1.0 / float(motion.timeline.fps), 0.5 * (failure.begin + length))
     conflict = find_conflict(plan, around, tau, segment_motion.base)
-    constraint = constraint_of(segment_motion, plan.system.equations[trouble.check].constraint)
-    at_once = trouble.begin <= AT_ONCE * length
+    constraint = constraint_of(segment_motion, plan.system.equations[failure.check].constraint)
+    at_once = failure.begin <= SHORTEST_AGREEMENT * length
     if conflict is not None:
         code = "constraint/conflict" if at_once else "solve/unreachable"
         diagnostic = _contradiction(segment_motion, conflict, tau, code, lasting=False)
@@ -132,7 +140,7 @@ def _no_longer(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failu
     some = "these constraints" if conflict is None else counted(len(conflict.constraints), "constraint")
     return replace(
         diagnostic,
-        message=f"{some} agree at first, but contradict each other from t = {_at(segment_motion, trouble.begin)} on",
+        message=f"{some} agree at first, but contradict each other from t = {_at(segment_motion, failure.begin)} on",
         notes=(f"the amounts are those at t = {_at(segment_motion, tau)}", *diagnostic.notes),
     ), 1 if at_once and conflict is not None else 3
 
@@ -144,35 +152,35 @@ def _at(segment_motion: SegmentMotion, tau: float) -> str:
 
 
 def _no_beginning(
-    motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, advice: Advice
+    motion: PathMotion, segment_motion: SegmentMotion, failure: Failure, advice: Advice
 ) -> tuple[Diagnostic, int]:
-    selection = trouble.selection
+    selection = failure.selection
     assert selection is not None
     selectors = [r for r in selection.rejections if r.selector is not None]
     contradiction = selection.contradiction
     always = contradiction is not None and _holds_all_along(segment_motion, contradiction)
     # stated by a first step for all its time, it is a contradiction; driven there or stated later, it is a reach
-    first = segment_motion.segment.step == 0 and trouble.until >= float(
+    first = segment_motion.segment.step == 0 and failure.until >= float(
         segment_motion.segment.end - segment_motion.segment.start
     )
     refused = [segment_motion.plan.blocks[r.block] for r in selection.rejections if r.block is not None]
     formula = next((block for block in refused if _is_formula(block)), None)
     if contradiction is None and formula is not None:
-        return _undefined(segment_motion, formula, 0.0, trouble.until), 3
+        return _undefined(segment_motion, formula, 0.0, failure.until), 3
     for block in segment_motion.plan.blocks if selectors else refused:
         numbers = dict.fromkeys(segment_motion.plan.system.equations[e].constraint for e in block.equations)
         chosen = [c for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
         if (diagnostic := too_long_or_short(segment_motion, block, chosen)) is not None:
             return diagnostic, 3
     past = driven_past(segment_motion, selection) and not (first and always)
-    if past and (bound := bind(motion, segment_motion, trouble, advice)) is not None:
+    if past and (bound := binding_constraints(motion, segment_motion, failure, advice)) is not None:
         return bound, 3
     if contradiction is None:
         if selectors:
-            diagnostic = _left_nothing(motion, segment_motion, trouble, 0.0)
+            diagnostic = _all_rejected(motion, segment_motion, failure, 0.0)
             if not all(part.complete for part in selection.parts):
                 message = diagnostic.message.replace("no solution satisfies", "no solution that was found satisfies")
-                notes = (*diagnostic.notes, _MISSED)
+                notes = (*diagnostic.notes, _SEARCH_FAILED)
                 return replace(diagnostic, code="solve/not-converged", message=message, notes=notes), 3
             return diagnostic, 1 if diagnostic.code == "constraint/conflict" else 3
         unmet = unmet_check(segment_motion, selection)
@@ -188,14 +196,14 @@ def _holds_all_along(segment_motion: SegmentMotion, contradiction: Contradiction
 
     One that grows or shrinks belongs to a drive that is beyond its reach all the time.
     """
-    from movimentum.solver.start.contradictions import apart, later
+    from movimentum.solver.start.contradictions import contradiction_later, residual_norm
 
     length = float(segment_motion.segment.end - segment_motion.segment.start)
     samples = [length * (k / SAMPLES) for k in range(1, SAMPLES)] if length > 0.0 else []
-    amount = apart(contradiction)
+    amount = residual_norm(contradiction)
     for tau in samples:
-        there = later(contradiction, segment_motion.plan, tau, segment_motion.base)
-        if there is None or abs(apart(there) - amount) > STEADY_AMOUNT * amount:
+        there = contradiction_later(contradiction, segment_motion.plan, tau, segment_motion.base)
+        if there is None or abs(residual_norm(there) - amount) > STEADY_AMOUNT * amount:
             return False
     return True
 
@@ -217,7 +225,7 @@ def _contradiction(
     for t in conflict.things:
         thing = scene.things[t]
         text = "rigid"
-        factor = conflict.stretch_of.get(t)
+        factor = conflict.length_errors.get(t)
         if factor is not None and abs(factor - 1.0) > SAME_LENGTH:
             change = (factor - 1.0) * 100.0
             text = f"rigid: would have to be {number(abs(change), 3)} % {'longer' if change > 0 else 'shorter'}"
@@ -228,8 +236,8 @@ def _contradiction(
                 text = f"rigid: |{second} - {first}| = {number(now, 6)},"
                 text += f" would have to be {number(factor * now, 6)}"
                 if t in offered and lasting:
-                    helps += so_long(scene, thing, round(factor * now, 6), now)  # usually what the script means
-                    others += so_long(scene, thing, factor * now, now)
+                    helps += with_length(scene, thing, round(factor * now, 6), now)  # usually what the script means
+                    others += with_length(scene, thing, factor * now, now)
         labels.append(Label(thing.span, text))
     last = chosen[-1] if chosen else None
     what = "each other" if len(chosen) > 1 else "what is rigid" if conflict.things else "itself"
@@ -245,8 +253,12 @@ def _contradiction(
         span=last.span if last is not None else (labels[0].span if labels else None),
         label=off_text(conflict, last.number) if last is not None else "",
         labels=tuple(labels),
-        notes=(f"smallest conflicting set{rest}", *as_drawn(scene, chosen)),
-        fixes=(*other_pins(scene, chosen, segment_motion.segment.active), *left_out_in_turn(scene, chosen), *others),
+        notes=(f"smallest conflicting set{rest}", *drawn_lengths(scene, chosen)),
+        fixes=(
+            *with_other_pins(scene, chosen, segment_motion.segment.active),
+            *without_each_constraint(scene, chosen),
+            *others,
+        ),
     ).advised(*helps, *(("change or drop one of these constraints",) if chosen else ()))
 
 
@@ -255,16 +267,16 @@ def _defined(scene: Scene, thing: Thing) -> Span:
     return scene.source.real(thing.span) if isinstance(scene.source, UnfoldedText) else thing.span
 
 
-def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure, tau: float) -> Diagnostic:
+def _all_rejected(motion: PathMotion, segment_motion: SegmentMotion, failure: Failure, tau: float) -> Diagnostic:
     """Every solution violates some inequality.
 
     It is a reach if a later step states something that an earlier inequality does not allow, or a length that is
     impossible. It is a contradiction if a step's own inequality leaves no solution.
     """
     plan = segment_motion.plan
-    selection = trouble.selection
+    selection = failure.selection
     rejections: list[Rejection] = [r for r in (selection.rejections if selection else ()) if r.selector is not None]
-    number_ = trouble.selector if trouble.selector is not None else (rejections[0].selector if rejections else None)
+    number_ = failure.selector if failure.selector is not None else (rejections[0].selector if rejections else None)
     assert number_ is not None
     selector = plan.system.selectors[number_]
     constraint = constraint_of(
@@ -289,16 +301,16 @@ def _left_nothing(motion: PathMotion, segment_motion: SegmentMotion, trouble: Fa
     step = segment_motion.segment.step
     reached = step > 0 and (selector.constraint is None or constraint is None or constraint.step < step)
     return Diagnostic(
-        code="constraint/conflict" if trouble.kind is FailureKind.START and not reached else "solve/unreachable",
+        code="constraint/conflict" if failure.kind is FailureKind.START and not reached else "solve/unreachable",
         severity=Severity.ERROR,
         message=message,
         span=constraint.span if constraint else None,
         notes=tuple(notes),
-        fixes=() if own is None else (left_out(scene.source, own),),
-    ).advised(*(() if own is None else _ways_out(scene, own, step)))
+        fixes=() if own is None else (without_constraint(scene.source, own),),
+    ).advised(*(() if own is None else _helps_for_inequality(scene, own, step)))
 
 
-def _ways_out(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fix, ...]:
+def _helps_for_inequality(scene: Scene, constraint: Constraint, step: int) -> tuple[str | Fix, ...]:
     """Helps about an inequality that leaves no solution in step number ``step``: kept from an earlier step, it can end
     in this one. One about a gap may have been meant to push.
     """
@@ -330,7 +342,7 @@ def _undefined(segment_motion: SegmentMotion, block: Block, tau: float, until: f
     if plan.system.differentiated(block.unknowns[0])[1]:
         numbers.append(reader_of(plan.system, set(block.unknowns)))
     spans = [c.span for n in numbers if (c := constraint_of(segment_motion, n)) is not None]
-    left = table_left(segment_motion, block, tau)
+    left = table_exceeded(segment_motion, block, tau)
     if left is not None:
         return replace(left, span=spans[-1] if spans else None)
     scene = plan.system.scene
@@ -371,7 +383,7 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
         numbers = [plan.system.equations[e].constraint for e in block.equations]
         chosen = [c for n in dict.fromkeys(numbers) if (c := constraint_of(segment_motion, n)) is not None]
         span = chosen[-1].span if chosen else None
-        cords = tuple(as_drawn(plan.system.scene, chosen))
+        cords = tuple(drawn_lengths(plan.system.scene, chosen))
     return Diagnostic(
         code="solve/not-converged",
         severity=Severity.ERROR,
@@ -379,7 +391,7 @@ def _not_found(segment_motion: SegmentMotion, selection: Selection) -> Diagnosti
         span=span,
         notes=(
             *cords,
-            _MISSED,
+            _SEARCH_FAILED,
             f"{counted(selection.tried, 'block')} of equations were tried, and no contradiction was shown",
         ),
         helps=("give the things coordinates near the solution, so that the search begins there",),

@@ -19,34 +19,34 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import Scene, ThingAngle, VariableComponent
 from movimentum.scene.names import symbol_name
-from movimentum.solver.assembly import placements
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.path.follow import follow
+from movimentum.solver.path.follow import follow_path
+from movimentum.solver.pose_assembly import placements
 from movimentum.solver.segment_motion import PathBeginning, SegmentMotion
 from movimentum.solver.start.candidates import Candidate, Part, Selection
 from movimentum.tolerances import CLEARLY_FARTHER, SEEN_APART, STANDS_STILL
 
 MOST_CANDIDATES = 6
-LARGE = 1000
+LARGE_NUMBER = 1000
 MOST_WORDS = 4
-CLEAR = 0.01
+CLEARANCE = 0.01
 """How far from equality, in units of the scene's size (or radians), an inequality must stay to be offered."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Followed:
+class CandidateMotion:
     """One candidate's motion through its segment: anchor positions (K, 2) by (thing, anchor), and variables (K,)."""
 
     anchors: dict[tuple[int, int], FloatArray]
     variables: dict[str, FloatArray]
 
-    def without(self, names: Sequence[str]) -> Followed:
+    def without(self, names: Sequence[str]) -> CandidateMotion:
         """Without some variables."""
-        return Followed(self.anchors, {name: v for name, v in self.variables.items() if name not in names})
+        return CandidateMotion(self.anchors, {name: v for name, v in self.variables.items() if name not in names})
 
 
 @dataclass(frozen=True, slots=True)
-class _Option:
+class _InequalityOption:
     """``text`` > threshold selects where ``values`` (one array (K,) for each candidate) are on its side; ``rank``:
     preference.
     """
@@ -57,26 +57,28 @@ class _Option:
     rank: int
 
 
-def follow_candidates(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[Followed]:
+def follow_candidates(segment_motion: SegmentMotion, beginning: PathBeginning, part: Part) -> list[CandidateMotion]:
     """The first few candidates of ``part``, followed through the segment (everything else as chosen)."""
     plan = segment_motion.plan
     selection: Selection = beginning.selection
     length = float(segment_motion.segment.end - segment_motion.segment.start)
-    result: list[Followed] = []
-    most = MOST_CANDIDATES if len(plan.blocks) < LARGE else 2  # following a very large scene takes a while
+    result: list[CandidateMotion] = []
+    most = MOST_CANDIDATES if len(plan.blocks) < LARGE_NUMBER else 2  # following a very large scene takes a while
     for candidate in part.candidates[:most]:
         choices = [candidate.choices.get(number, choice) for number, choice in enumerate(selection.choices or [])]
-        piece, gaps = follow(plan, segment_motion.segment.start, beginning.time, length, choices)
+        piece, gaps = follow_path(plan, segment_motion.segment.start, beginning.time, length, choices)
         horizon = min((gap.begin for gap in gaps), default=piece.end)
         nodes = piece.nodes[piece.nodes <= horizon]
         nodes = nodes if len(nodes) else piece.nodes[:1]
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(nodes))
-        result.append(_followed(plan, segment_motion, part, state, len(nodes)))
+        result.append(_candidate_motion(plan, segment_motion, part, state, len(nodes)))
     return result
 
 
-def _followed(plan: Plan, segment_motion: SegmentMotion, part: Part, state: State, count: int) -> Followed:
+def _candidate_motion(
+    plan: Plan, segment_motion: SegmentMotion, part: Part, state: State, count: int
+) -> CandidateMotion:
     scene = plan.system.scene
     inside = {n for number in part.blocks for n in plan.blocks[number].unknowns}
     things = {plan.system.unknowns[n].thing for n in inside}
@@ -94,23 +96,23 @@ def _followed(plan: Plan, segment_motion: SegmentMotion, part: Part, state: Stat
         for unknown in plan.system.unknowns
         if unknown.number in inside and isinstance(unknown.payload, VariableComponent)
     }
-    return Followed(anchors, variables)
+    return CandidateMotion(anchors, variables)
 
 
-def followed_at(plan: Plan, segment_motion: SegmentMotion, part: Part, state: State) -> Followed:
+def candidate_at(plan: Plan, segment_motion: SegmentMotion, part: Part, state: State) -> CandidateMotion:
     """A candidate at one instant only."""
-    return _followed(plan, segment_motion, part, state, 1)
+    return _candidate_motion(plan, segment_motion, part, state, 1)
 
 
-def selecting_inequalities(plan: Plan, followed: list[Followed]) -> list[str | None]:
+def selecting_inequalities(plan: Plan, followed: list[CandidateMotion]) -> list[str | None]:
     """For each followed candidate an inequality (or two) that selects it among the others; None: none was found."""
     options = _options(plan, followed)
     return [_best(plan, options, index, len(followed)) for index in range(len(followed))]
 
 
-def _options(plan: Plan, followed: list[Followed]) -> list[_Option]:
+def _options(plan: Plan, followed: list[CandidateMotion]) -> list[_InequalityOption]:
     scene = plan.system.scene
-    options: list[_Option] = []
+    options: list[_InequalityOption] = []
 
     def name(key: tuple[int, int]) -> str:
         return f"{scene.things[key[0]].name}.{scene.things[key[0]].anchors[key[1]].name}"
@@ -120,7 +122,9 @@ def _options(plan: Plan, followed: list[Followed]) -> list[_Option]:
         if t == u:  # two anchors of one thing: which way it points
             for axis in (0, 1):
                 values = tuple(f.anchors[t, i][:, axis] - f.anchors[u, j][:, axis] for f in followed)
-                options.append(_Option(f"{name((t, i))}.{'xy'[axis]}", f"{name((u, j))}.{'xy'[axis]}", values, 1))
+                options.append(
+                    _InequalityOption(f"{name((t, i))}.{'xy'[axis]}", f"{name((u, j))}.{'xy'[axis]}", values, 1)
+                )
     for left, joint, right in _dyads(scene, followed[0]):  # on which side a joint lies
         values = tuple(
             np.radians(_angle(f.anchors[left] - f.anchors[joint[0]], f.anchors[right] - f.anchors[joint[1]]))
@@ -128,7 +132,7 @@ def _options(plan: Plan, followed: list[Followed]) -> list[_Option]:
             for f in followed
         )
         text = f".a({name(left)} - {name(joint[0])}, {name(right)} - {name(joint[1])})"
-        options.append(_Option(text, "0", values, 0))
+        options.append(_InequalityOption(text, "0", values, 0))
     for variable in sorted(followed[0].variables):
         options.extend(_against_number(variable, [f.variables[variable] for f in followed], 1))
     for key in keys:
@@ -148,7 +152,7 @@ def _angle(u: FloatArray, v: FloatArray) -> FloatArray:
 Key = tuple[int, int]
 
 
-def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Key]]:
+def _dyads(scene: Scene, first: CandidateMotion) -> list[tuple[Key, tuple[Key, Key], Key]]:
     """Pairs of things that share a joint (two anchors at one place all along), each with another anchor: (left, (joint,
     joint), right).
     """
@@ -167,14 +171,14 @@ def _dyads(scene: Scene, first: Followed) -> list[tuple[Key, tuple[Key, Key], Ke
     return result
 
 
-def _against_number(text: str, values: list[FloatArray], rank: int) -> list[_Option]:
+def _against_number(text: str, values: list[FloatArray], rank: int) -> list[_InequalityOption]:
     """Comparisons of a coordinate with a round number between the candidates."""
     begins = sorted(float(v[0]) for v in values)
-    options: list[_Option] = []
+    options: list[_InequalityOption] = []
     for low, high in pairwise(begins):
         if high - low > STANDS_STILL * (1 + abs(high)):
             number = _round_between(low, high)
-            options.append(_Option(text, f"{number:g}", tuple(v - number for v in values), rank))
+            options.append(_InequalityOption(text, f"{number:g}", tuple(v - number for v in values), rank))
     return options
 
 
@@ -188,18 +192,18 @@ def _round_between(low: float, high: float) -> float:
     return middle
 
 
-def _best(plan: Plan, options: list[_Option], index: int, count: int) -> str | None:
+def _best(plan: Plan, options: list[_InequalityOption], index: int, count: int) -> str | None:
     single: list[tuple[tuple[int, float], str]] = []
     partial: list[tuple[frozenset[int], tuple[int, float], str]] = []
     for option in options:
         for sign, relation in ((1.0, ">"), (-1.0, "<")):
             mine = float(np.min(sign * option.values[index])) / plan.size
-            if not mine > CLEAR:
+            if not mine > CLEARANCE:
                 continue
             excluded = frozenset(
                 other
                 for other in range(count)
-                if other != index and sign * float(option.values[other][0]) / plan.size < -CLEAR
+                if other != index and sign * float(option.values[other][0]) / plan.size < -CLEARANCE
             )
             if not excluded:
                 continue
@@ -236,14 +240,14 @@ def selecting_wish(plan: Plan, part: Part, index: int, without: Sequence[str] = 
         scale = 57.0 if isinstance(payload, ThingAngle) else plan.size
         others = [other.values[n] for k, other in enumerate(part.candidates) if k != index]
         apart = min(abs(value - other) for other in others) / scale
-        if apart > CLEAR and (best is None or apart > best[0] * (1.0 + CLEARLY_FARTHER)):
+        if apart > CLEARANCE and (best is None or apart > best[0] * (1.0 + CLEARLY_FARTHER)):
             rounded = round(value, max(0, 2 - int(np.floor(np.log10(scale * apart)))))
             best = apart, f"{symbol_name(plan.system.scene, payload)} ~ {rounded + 0.0:g};"
     return None if best is None else best[1]
 
 
 def described(
-    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str] = ()
+    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[CandidateMotion], without: Sequence[str] = ()
 ) -> list[str]:
     """Candidates in a few words each: what differs between them, the largest difference first, ``without`` some
     variables.
@@ -261,7 +265,7 @@ def described(
 
 
 def _differences(
-    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[Followed], without: Sequence[str]
+    plan: Plan, candidates: Sequence[Candidate], followed: Sequence[CandidateMotion], without: Sequence[str]
 ) -> Iterator[tuple[float, list[str]]]:
     """For each thing and each variable: how far apart the candidates are (of the scene's size, rounded so that equal
     differences keep their order), and its value in each of them.

@@ -13,7 +13,7 @@ from movimentum.cancellation import look
 from movimentum.diagnostics import Diagnostic, Fix, Severity, insertion
 from movimentum.records import dataclass
 from movimentum.scene.model import Relation, Scene, Thing
-from movimentum.solver.basis.pose_state import Carry, Snapshot
+from movimentum.solver.basis.pose_state import PoseState, Snapshot
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
 from movimentum.solver.segment_motion import PathBeginning, PathReason, SegmentMotion
@@ -26,7 +26,7 @@ from movimentum.tolerances import LEAST_JUMP, LOOKS_SAME
 DIGITS = 7
 """Of a value that a help tells: less than that is not seen as a jump."""
 _EQUALS = re.compile(r"\s*=\s*")
-FRAMES = 1.5
+FRAMES_OF_A_JUMP = 1.5
 """The distance that things move in this many frames is not a jump."""
 
 
@@ -70,7 +70,7 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
         far, thing = _farthest(scene, carry.now, after, seen)
         travel = _travel_per_frame(motion, beginning)
         jumped: int | None = None
-        if thing is not None and far > (least if over else max(FRAMES * travel, least)):
+        if thing is not None and far > (least if over else max(FRAMES_OF_A_JUMP * travel, least)):
             jumped = thing
             yield Jump(beginning, thing, number(far), f"it moves {number(travel)} per frame there")
         turned, thing = _most_turned(scene, carry.now, after, seen)
@@ -78,7 +78,7 @@ def found_jumps(motion: PathMotion, index: int) -> Iterator[Jump]:
             continue
         before = carry.before
         turning = 0.0 if before is None else _turn(before, carry.now, thing) * _frames(motion, carry)
-        if turned > (LEAST_JUMP if over else max(FRAMES * turning, LEAST_JUMP)):
+        if turned > (LEAST_JUMP if over else max(FRAMES_OF_A_JUMP * turning, LEAST_JUMP)):
             degrees = f"{number(float(np.degrees(turned)))} degrees"
             slow = number(float(np.degrees(turning)))
             yield Jump(beginning, thing, degrees, f"it turns {slow} degrees per frame there")
@@ -120,7 +120,7 @@ def _after(segment_motion: SegmentMotion, beginning: PathBeginning) -> Snapshot 
     piece = segment_motion.piece_from(beginning.time)
     if piece is None:
         return None
-    from movimentum.solver.assembly import snapshot
+    from movimentum.solver.pose_assembly import snapshot
 
     state, _ = piece.solve(piece.instants(np.array([beginning.time])))
     return snapshot(segment_motion.plan, state, segment_motion.base.now, 0)
@@ -188,12 +188,12 @@ def _travel_per_frame(motion: PathMotion, beginning: PathBeginning) -> float:
     return _farthest(motion.timeline.scene, carry.before, carry.now, everything)[0] * _frames(motion, carry)
 
 
-def _frames(motion: PathMotion, carry: Carry) -> float:
+def _frames(motion: PathMotion, carry: PoseState) -> float:
     """The length of a frame in units of the time between the carried moments."""
     return 1.0 / carry.span / float(motion.timeline.fps) if carry.span > 0.0 else 0.0
 
 
-LOOKED_AT = 16
+INSTANTS_EXAMINED = 16
 """Instants between beginning and end, to see whether anything moves at all."""
 
 
@@ -217,19 +217,19 @@ def film_loops(motion: PathMotion) -> Iterator[Diagnostic]:
     scene, length = timeline.scene, timeline.end - timeline.start
     if not length:
         return
-    times = [timeline.start + length * Fraction(k, LOOKED_AT) for k in range(LOOKED_AT + 1)]
+    times = [timeline.start + length * Fraction(k, INSTANTS_EXAMINED) for k in range(INSTANTS_EXAMINED + 1)]
     poses = motion.poses_at(times, angles=False)
     if not poses.solved.all():
         return
     things = [thing for thing in scene.things if thing.is_body and not thing.hidden]
-    worst = _largest(poses, 0, LOOKED_AT, things, motion.size)
+    worst = _largest(poses, 0, INSTANTS_EXAMINED, things, motion.size)
     if scene.loop is not None:
         if worst is not None and worst.amount(motion.size) > 1.0:
             yield _seam(worst, motion)
         return
     if worst is None or worst.amount(motion.size) > 1.0:
         return
-    moved = (_largest(poses, 0, k, things, motion.size) for k in range(1, LOOKED_AT))
+    moved = (_largest(poses, 0, k, things, motion.size) for k in range(1, INSTANTS_EXAMINED))
     if not any(each is not None and each.amount(motion.size) > 1.0 for each in moved):
         return  # a still picture
     last = scene.steps[-1].span

@@ -15,14 +15,14 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Constraint, GearPair, Relation, Scene, Thing
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.text import number, time_text
 from movimentum.things.kinds.toothed import RACK
 from movimentum.tolerances import TURNED_DEG
 
-PLAY = 0.05
+CENTRE_PLAY = 0.05
 """In modules: how far from where they belong centres may be."""
-MOST = 400
+MOST_INSTANTS = 400
 """Instants of a segment that are looked at."""
 
 
@@ -56,7 +56,7 @@ class Meshing:
         apart = math.hypot(x, y)
         if self.first.kind is RACK:
             apart = math.cos(along) * y - math.sin(along) * x
-        return abs(apart - self.fitting) <= PLAY * self.first.toothed.module
+        return abs(apart - self.fitting) <= CENTRE_PLAY * self.first.toothed.module
 
     def added_deg(self, poses: Poses) -> float:
         """The turn of the second at the first pose beyond what rolling from where all is drawn would give it."""
@@ -92,13 +92,18 @@ def misplaced_gears(motion: PathMotion) -> Iterator[Diagnostic]:
         if not here:
             continue
         start = segment_motion.segment.start
-        taus = {float(tau) for piece in segment_motion.pieces if not isinstance(piece, Unsolved) for tau in piece.nodes}
+        taus = {
+            float(tau)
+            for piece in segment_motion.pieces
+            if not isinstance(piece, UnsolvedInterval)
+            for tau in piece.nodes
+        }
         times = sorted({start, *(start + Fraction(tau) for tau in taus)})
         times = [time for time in times if time < segment_motion.segment.end or time == start]
-        poses = motion.poses_at(times[:: -(-len(times) // MOST)])
+        poses = motion.poses_at(times[:: -(-len(times) // MOST_INSTANTS)])
         for item in here:
             distances = item.distances(poses)
-            bad = (np.abs(distances - item.fitting) > PLAY * item.first.toothed.module) & poses.solved
+            bad = (np.abs(distances - item.fitting) > CENTRE_PLAY * item.first.toothed.module) & poses.solved
             if bad.any():
                 place = int(np.argmax(bad))
                 del rest[item.constraint.number]

@@ -6,43 +6,43 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from movimentum.analysis.diagnose.places import constraint_of
-from movimentum.analysis.happenings import ContactEvent, contact_events
+from movimentum.analysis.contact_events import ContactEvent, contact_events
+from movimentum.analysis.diagnose.locations import constraint_of
 from movimentum.diagnostics import Diagnostic, Label, Severity
 from movimentum.expressions.walk import symbols
 from movimentum.scene.model import AnchorCoordinate, Constraint, ThingAngle
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.pushing.freeing import FreePlace
+from movimentum.solver.pushing.overlap_removal import FreePlace
 from movimentum.solver.pushing.phases import MOST_EVENTS
-from movimentum.solver.pushing.tracks import Happening, PushEnd, PushTrack
+from movimentum.solver.pushing.tracks import EventKind, PushEnd, PushTrack
 from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion
-from movimentum.solver.start.judgements import Rejection
+from movimentum.solver.start.early_checks import Rejection
 from movimentum.text import counted, listed, number, time_text
 from movimentum.tolerances import SAME_INSTANT
 
-SHOWN = 6
+TIMES_SHOWN = 6
 """So many times are listed."""
 
 
-def push_failure(motion: PathMotion, segment_motion: SegmentMotion, trouble: Failure) -> tuple[Diagnostic, int] | None:
+def push_failure(motion: PathMotion, segment_motion: SegmentMotion, failure: Failure) -> tuple[Diagnostic, int] | None:
     """The diagnostic for a motion that ends where something pushes, and the exit code; None for any other trouble."""
-    if trouble.kind is FailureKind.SELECTOR and trouble.selector is not None:
-        selector = segment_motion.plan.system.selectors[trouble.selector]
+    if failure.kind is FailureKind.SELECTOR and failure.selector is not None:
+        selector = segment_motion.plan.system.selectors[failure.selector]
         found = constraint_of(segment_motion, selector.constraint)
         if not selector.pushes or found is None:
             return None
-        return _driven(segment_motion, found, trouble.begin), 3
-    rejected = () if trouble.selection is None else trouble.selection.rejections
+        return _driven(segment_motion, found, failure.begin), 3
+    rejected = () if failure.selection is None else failure.selection.rejections
     for rejection in rejected:
-        if rejection.selector is not None and (found := _driven_overlap(segment_motion, rejection, trouble)):
+        if rejection.selector is not None and (found := _driven_overlap(segment_motion, rejection, failure)):
             return found, 1
-    track = _track_of(segment_motion, trouble)
+    track = _track_of(segment_motion, failure)
     if track is None:
         return None
     said = [(constraint_of(segment_motion, n), things) for n, things in track.jammed]
     stated = [constraint for constraint, _ in said if constraint is not None]
-    when = _at(segment_motion, trouble.begin)
+    when = _at(segment_motion, failure.begin)
     match track.end:
         case PushEnd.OVERLAP:
             return _overlap(segment_motion, track, when), 1
@@ -63,12 +63,12 @@ def _at(segment_motion: SegmentMotion, tau: float) -> str:
     return time_text(start if tau <= SAME_INSTANT * (end - start) else start + tau)
 
 
-def _track_of(segment_motion: SegmentMotion, trouble: Failure) -> PushTrack | None:
-    if trouble.kind is not FailureKind.GAP or trouble.block is None:
+def _track_of(segment_motion: SegmentMotion, failure: Failure) -> PushTrack | None:
+    if failure.kind is not FailureKind.GAP or failure.block is None:
         return None
     for piece in segment_motion.pieces:
-        if isinstance(piece, Piece) and piece.begin <= trouble.begin <= max(piece.end, trouble.begin):
-            track = piece.tracks[trouble.block]
+        if isinstance(piece, Piece) and piece.begin <= failure.begin <= max(piece.end, failure.begin):
+            track = piece.tracks[failure.block]
             if isinstance(track, PushTrack) and track.end is not PushEnd.NONE:
                 return track
     return None
@@ -96,7 +96,7 @@ def _driven(segment_motion: SegmentMotion, constraint: Constraint, tau: float) -
     )
 
 
-def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, trouble: Failure) -> Diagnostic | None:
+def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, failure: Failure) -> Diagnostic | None:
     """The error for driven things that overlap as they begin to push."""
     selector = segment_motion.plan.system.selectors[rejection.selector or 0]
     constraint = constraint_of(segment_motion, selector.constraint)
@@ -109,7 +109,7 @@ def _driven_overlap(segment_motion: SegmentMotion, rejection: Rejection, trouble
     return Diagnostic(
         code="contact/start",
         severity=Severity.ERROR,
-        message=f"`{one}` and `{other}` overlap{by} at t = {_at(segment_motion, trouble.begin)}, as they push",
+        message=f"`{one}` and `{other}` overlap{by} at t = {_at(segment_motion, failure.begin)}, as they push",
         span=constraint.span,
         notes=notes or ("everything in it is driven by equations, so that nothing can give way",),
         helps=("draw or drive one of them elsewhere", *helps),
@@ -161,7 +161,7 @@ def _overlap(segment_motion: SegmentMotion, track: PushTrack, when: str) -> Diag
     scene = segment_motion.plan.system.scene
     one, other = (scene.things[t] for t in found.things)
     constraint = constraint_of(segment_motion, found.push)
-    free = [_place(segment_motion, each) for each in track.free[:SHOWN]]
+    free = [_place(segment_motion, each) for each in track.free[:TIMES_SHOWN]]
     known = "what pushes never lets things overlap"
     return Diagnostic(
         code="contact/start",
@@ -203,12 +203,12 @@ def undecided_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
     spans = {item.number: item.span for item in scene.constraints()}
     times: dict[tuple[int, tuple[int, int] | None], list[float]] = {}
     for event in contact_events(motion):
-        if event.happening is Happening.UNDECIDED:
+        if event.kind is EventKind.UNDECIDED:
             times.setdefault(event.pair, []).append(event.time)
     for (push, things), when in times.items():
         names = listed([f"`{scene.things[t].name}`" for t in things or ()])
         first, *rest = map(time_text, when)
-        again = (f"again at t = {', '.join(rest[:SHOWN])}",) if rest else ()
+        again = (f"again at t = {', '.join(rest[:TIMES_SHOWN])}",) if rest else ()
         yield Diagnostic(
             code="contact/undecided",
             severity=Severity.WARNING,
@@ -223,22 +223,24 @@ def contact_notes(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each pair that comes to touch, and for each that parts."""
     scene = motion.timeline.scene
     spans = {item.number: item.span for item in scene.constraints()}
-    grouped: dict[tuple[Happening, int, tuple[int, int] | None], list[ContactEvent]] = {}
+    grouped: dict[tuple[EventKind, int, tuple[int, int] | None], list[ContactEvent]] = {}
     for event in contact_events(motion):
-        if event.happening in (Happening.BEGINS, Happening.ENDS):
-            grouped.setdefault((event.happening, *event.pair), []).append(event)
+        if event.kind in (EventKind.BEGINS, EventKind.ENDS):
+            grouped.setdefault((event.kind, *event.pair), []).append(event)
     for (happening, push, things), events in grouped.items():
         names = None if things is None else [f"`{scene.things[t].name}`" for t in things]
         first, *rest = [time_text(event.time) for event in events]
-        begins = happening is Happening.BEGINS
+        begins = happening is EventKind.BEGINS
         if names is None:
             message = f"this takes effect from t = {first} on" if begins else f"this has no effect from t = {first} on"
         else:
             message = f"{listed(names)} touch from t = {first} on" if begins else f"{listed(names)} part at t = {first}"
         notes: tuple[str, ...] = ()
         if rest:
-            more = len(rest) - SHOWN
-            notes = (f"again at t = {', '.join(rest[:SHOWN])}" + (f", and {more} times more" if more > 0 else ""),)
+            more = len(rest) - TIMES_SHOWN
+            notes = (
+                f"again at t = {', '.join(rest[:TIMES_SHOWN])}" + (f", and {more} times more" if more > 0 else ""),
+            )
         yield Diagnostic(
             code=f"contact/{happening}",
             severity=Severity.NOTE,

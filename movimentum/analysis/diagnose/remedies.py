@@ -24,22 +24,22 @@ _WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*")
 _LAST_WORD = re.compile(r"\.\s*([A-Za-z]\w*)\s*\Z")
 
 
-def left_out(source: SourceText, constraint: Constraint) -> Fix:
+def without_constraint(source: SourceText, constraint: Constraint) -> Fix:
     """The script without a constraint."""
     text = " ".join(source.slice(constraint.span).split())
     return Fix(f"leave out `{text}`", (removed(source.text, constraint.span),))
 
 
-def left_out_in_turn(scene: Scene, chosen: Sequence[Constraint]) -> Iterator[Fix]:
+def without_each_constraint(scene: Scene, chosen: Sequence[Constraint]) -> Iterator[Fix]:
     """The script without each of the last of the ``chosen``; not those that a loop or a part states many times, which
     say much more than what contradicts.
     """
     for constraint in reversed(chosen[-MOST_LEFT_OUT:]):
         if written_once(scene, constraint.span):
-            yield left_out(scene.source, constraint)
+            yield without_constraint(scene.source, constraint)
 
 
-def so_long(scene: Scene, thing: Thing, wanted: float, now: float) -> Iterator[Fix]:
+def with_length(scene: Scene, thing: Thing, wanted: float, now: float) -> Iterator[Fix]:
     """Another length for a thing: of one copy alone, where its definition is for several."""
     length = f"{number(wanted, 6)} long (it is {number(now, 6)})"
     edit = lengthened(thing, wanted / now)
@@ -69,7 +69,7 @@ def _other_constants(scene: Scene, thing: Thing, factor: float) -> Iterator[Fix]
             yield Fix(f"set `{constant.name}` to {wanted} (it is {number(value, 6)})", (edit,))
 
 
-def other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Constraint]) -> list[Fix]:
+def with_other_pins(scene: Scene, chosen: Sequence[Constraint], active: Sequence[Constraint]) -> list[Fix]:
     """Each pin of the ``chosen`` at another anchor of the same thing, the pins that are closest as drawn first; only if
     nothing that is ``active`` says where that anchor is, for it would be said no more.
     """

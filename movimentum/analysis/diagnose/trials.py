@@ -8,7 +8,7 @@ from movimentum.errors import MovimentumError
 from movimentum.planning.structure.rates import RateError
 from movimentum.records import replace
 from movimentum.scene.extended import SceneExtender
-from movimentum.solver.basis.effort import GivenUp, limited
+from movimentum.solver.basis.effort import EffortExceeded, limit_effort
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
@@ -20,9 +20,9 @@ LARGEST = 8000
 """Values that a motion keeps on its grid: with more, solving it again takes long, so help is tried only at the first
 moment (and shown untried if it is for a later step).
 """
-COUPLED = 24
+LARGEST_COUPLED_BLOCK = 24
 """Unknowns solved together: with more, finding the first pose takes seconds, and help is shown untried."""
-MOST, MOST_UNKNOWNS = 12, 6000
+MOST_TRIALS, MOST_UNKNOWNS = 12, 6000
 """The limit of trials for one motion, and of unknowns solved for in all of them; help beyond it is shown untried."""
 EFFORT = 12_000
 """The limit of linearizations for all trials of one motion, a few seconds; help beyond it is shown untried."""
@@ -33,18 +33,18 @@ class Trials:
     soon too.
     """
 
-    def __init__(self, motion: PathMotion, most: int = MOST) -> None:
+    def __init__(self, motion: PathMotion, most: int = MOST_TRIALS) -> None:
         self.motion = motion
         self._script = SceneExtender(motion.timeline.scene)
         coupled = [len(b.core) for s in motion.segments for b in s.plan.blocks if b.iterative]
         unknowns = sum(len(segment_motion.plan.system.unknowns) for segment_motion in motion.segments)
         most = min(most, MOST_UNKNOWNS // max(unknowns, 1))
-        self._left = most if max(coupled, default=0) <= COUPLED else 0
+        self._left = most if max(coupled, default=0) <= LARGEST_COUPLED_BLOCK else 0
         self._whole = _values(motion) <= LARGEST
         self._effort = EFFORT
         self._known: dict[tuple[int, str], PathMotion | None] = {}
 
-    def able(self, index: int) -> bool:
+    def can_try(self, index: int) -> bool:
         """Whether anything more can be tried for segment number ``index``."""
         return self._left > 0 and (self._whole or index == 0)
 
@@ -57,9 +57,9 @@ class Trials:
             self._left -= 1
             left = [0]
             try:
-                with limited(self._effort) as left:
+                with limit_effort(self._effort) as left:
                     self._known[key] = self._solved(step, text)
-            except GivenUp:
+            except EffortExceeded:
                 self._known[key] = None
                 self._left = 0
             except (MovimentumError, RateError, ArithmeticError, ValueError):
@@ -67,14 +67,14 @@ class Trials:
             self._effort = max(left[0], 0)
         return self._known[key]
 
-    def sound(self, index: int, text: str) -> SegmentMotion | None:
+    def without_trouble(self, index: int, text: str) -> SegmentMotion | None:
         """Segment number ``index`` with the statements ``text`` in its step, if they cause no trouble."""
         before = self.motion.segments
         tried = self.with_statement(before[index].segment.step, text)
         if tried is None:
             return None
         for old, new in zip(before, tried.segments, strict=self._whole):
-            if len(new.troubles) > len(old.troubles):
+            if len(new.failures) > len(old.failures):
                 return None
         return tried.segments[index]
 
@@ -105,9 +105,9 @@ def first_that_works(trials: Trials, index: int, texts: Sequence[str], freedom: 
     from movimentum.analysis.freedom.degrees import block_ranks
 
     for text in texts:
-        if not trials.able(index):
+        if not trials.can_try(index):
             return text
-        segment_motion = trials.sound(index, text)
+        segment_motion = trials.without_trouble(index, text)
         if segment_motion is not None and sum(rank.freedom for rank in block_ranks(segment_motion)) < freedom:
             return text
     return None

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from movimentum.analysis.diagnose.places import span_of_blocks
+from movimentum.analysis.diagnose.locations import span_of_blocks
 from movimentum.analysis.diagnose.trials import Trials, first_that_works
 from movimentum.analysis.freedom.degrees import BlockRank
 from movimentum.diagnostics import Diagnostic, Fix, Severity
 from movimentum.expressions import symbol
-from movimentum.planning.structure.rates import RateError, RateTrouble
+from movimentum.planning.structure.rates import RateError, RateProblem
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, FixedPoint, Relation, Scene, VariableComponent
-from movimentum.solver.kept import has_value
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.segment_motion import SegmentMotion
+from movimentum.solver.stored_values import has_value
 from movimentum.source import Span
 from movimentum.text import listed, time_text
 from movimentum.things.kinds.vector import VectorScale
@@ -36,7 +36,7 @@ def free_motions(trials: Trials, index: int, ranks: Sequence[BlockRank]) -> Iter
         for motion in rank.motions:
             if motion.drawn:
                 continue
-            meant = meant_names(segment_motion.plan.system.scene, motion)
+            meant = probable_names(segment_motion.plan.system.scene, motion)
             statement = None if meant else first_that_works(trials, index, motion.holds, freedom)
             yield Diagnostic(
                 code="constraint/free-motion",
@@ -59,7 +59,7 @@ def _given(segment_motion: SegmentMotion, motion: FreeMotion, statement: str | N
     return Fix(title, (added(segment_motion.plan.system.scene, segment_motion.segment.step, statement),))
 
 
-def meant_names(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
+def probable_names(scene: Scene, motion: FreeMotion) -> tuple[Fix, ...]:
     """Help for variables whose names are probably another name, if nothing determines them."""
     from movimentum.scene.text_edits import name_meant, renamed
 
@@ -83,8 +83,8 @@ def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[
     from movimentum.scene.text_edits import name_meant, renamed
 
     scene = motion.timeline.scene
-    loose = _loose(motion)
-    unsolved = any(segment_motion.troubles for segment_motion in motion.segments)
+    loose = _free_variables(motion)
+    unsolved = any(segment_motion.failures for segment_motion in motion.segments)
     asked = "\n".join(text for item in found for text in item.helps)
     stated = {item.key for item in scene.constraints() if item.relation is Relation.EQUAL}
     for name, variable in scene.variables.items():
@@ -101,7 +101,7 @@ def unstated_names(motion: PathMotion, found: Sequence[Diagnostic]) -> Iterator[
         ).advised(Fix(f"did you mean `{other}`?", renamed(scene, name, other)))
 
 
-def _loose(motion: PathMotion) -> set[str]:
+def _free_variables(motion: PathMotion) -> set[str]:
     """The variables that a free motion changes."""
     found: set[str] = set()
     for segment_motion in motion.segments:
@@ -127,7 +127,7 @@ def rate_diagnostic(scene: Scene, error: RateError) -> Diagnostic:
     """A derivative that nothing tells."""
     constraint = next((c for c in scene.constraints() if c.number == error.constraint), None)
     who = "a free motion" if error.thing is None else f"the free motion of `{scene.things[error.thing].name}`"
-    code, message, help_ = _UNTOLD[error.trouble]
+    code, message, help_ = _RATE_PROBLEMS[error.problem]
     return Diagnostic(
         code=f"constraint/{code}",
         severity=Severity.ERROR,
@@ -137,29 +137,29 @@ def rate_diagnostic(scene: Scene, error: RateError) -> Diagnostic:
     )
 
 
-_UNTOLD = {
-    RateTrouble.CYCLE: (
+_RATE_PROBLEMS = {
+    RateProblem.CYCLE: (
         "cyclic-derivative",
         "this derivative depends on itself",
         "state the equation with `.i(…)` instead: `x = 5 - .i(x)`",
     ),
-    RateTrouble.FED_BACK: (
+    RateProblem.FED_BACK: (
         "cyclic-derivative",
         "{who} depends on its own velocity",
         "take the derivative of something that this statement does not move",
     ),
-    RateTrouble.HIGHER: (
+    RateProblem.HIGHER: (
         "no-acceleration",
         "{who} has a velocity, but no acceleration",
         "`.d(.d(…))` needs a motion that equations determine, or one that only trails, not one that follows a wish",
     ),
-    RateTrouble.FLOWING: (
+    RateProblem.FLOWING: (
         "no-velocity",
         "the velocity of {who} is unknown, because it depends on an integral",
         "determine what is still free, or leave the integral out",
     ),
-    RateTrouble.PUSHED: ("no-acceleration", "{who} is pushed: it has a velocity only", "take its `.d(…)` once"),
-    RateTrouble.DEMANDED: (
+    RateProblem.PUSHED: ("no-acceleration", "{who} is pushed: it has a velocity only", "take its `.d(…)` once"),
+    RateProblem.DEMANDED: (
         "demanded-velocity",
         "this says how fast {who} should be, but `.d(…)` only tells how fast it is",
         "a wish moves it (`… ~ […] .speed(20);`), and so does an equation with `.i(…)`",
@@ -169,7 +169,7 @@ _UNTOLD = {
 
 
 CODE = "name/no-value"
-LOOKED_AT = 200
+FRAMES_EXAMINED = 200
 """Frames in which a graph is looked for a value."""
 
 
@@ -205,14 +205,14 @@ def missing_spans(motion: PathMotion, name: str) -> tuple[MissingSpan, ...]:
     return (*found, MissingSpan(begin, None)) if lacking else tuple(found)
 
 
-def never_valued(motion: PathMotion) -> frozenset[str]:
+def variables_never_valued(motion: PathMotion) -> frozenset[str]:
     """The variables that have no value at any time."""
     return frozenset(
         name for name in motion.timeline.scene.variables if missing_spans(motion, name) == (MissingSpan(None, None),)
     )
 
 
-def valueless(motion: PathMotion) -> Iterator[Diagnostic]:
+def variables_without_value(motion: PathMotion) -> Iterator[Diagnostic]:
     """A note for each variable that has no value for some of the time."""
     for name, variable in motion.timeline.scene.variables.items():
         found = missing_spans(motion, name)
@@ -237,10 +237,10 @@ def empty_graphs(motion: PathMotion) -> Iterator[Diagnostic]:
     graphs = [thing for thing in timeline.scene.things if thing.kind.valued and thing.values and not thing.hidden]
     if not graphs:
         return
-    from movimentum.analysis.live import shown_values  # only graphs need it
+    from movimentum.analysis.shown_numbers import shown_values  # only graphs need it
 
     count = timeline.frame_count
-    times = [timeline.frame_time(frame) for frame in range(0, count, max(1, count // LOOKED_AT))]
+    times = [timeline.frame_time(frame) for frame in range(0, count, max(1, count // FRAMES_EXAMINED))]
     poses = motion.poses_at(times)
     for thing in graphs:
         values = shown_values(motion, thing, poses, times)

@@ -17,18 +17,18 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import track_scale
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
-from movimentum.solver.judge import Judge
 from movimentum.solver.kinds import kernels
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece, evaluated
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.path.piece import Piece, evaluate_piece
+from movimentum.solver.residual_check import ResidualCheck
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import FRAME_SOLVED, JUDGED_BESIDE, UNCERTAIN_AT_FOLD
 
 CHUNK = 8192
 
 
 @dataclass(frozen=True, slots=True)
-class Shortfall:
+class UnsolvedFrame:
     """The first frame that is not solved: ``unknown`` has no finite value there, or ``constraint`` (an equation or an
     inequality) is off by ``amount``.
     """
@@ -40,16 +40,18 @@ class Shortfall:
     amount: float = 0.0
 
 
-def first_shortfall(motion: PathMotion) -> Shortfall | None:
+def first_unsolved_frame(motion: PathMotion) -> UnsolvedFrame | None:
     """Evaluate every frame; None if all are solved. Frames for which a path already has no solution are not counted."""
     count = motion.timeline.frame_count
-    judges: dict[int, Judge] = {}
+    judges: dict[int, ResidualCheck] = {}
     for first in range(0, count, CHUNK):
         for segment_motion, low, high in motion.spans(first, min(first + CHUNK, count)):
             judge = judges.get(id(segment_motion))
             if judge is None:
                 known = (found for one in judges.values() if (found := one.later(segment_motion.plan)) is not None)
-                judge = judges[id(segment_motion)] = next(known, None) or Judge(segment_motion.plan, motion.size)
+                judge = judges[id(segment_motion)] = next(known, None) or ResidualCheck(
+                    segment_motion.plan, motion.size
+                )
             found = _of_segment(motion, judge, segment_motion, low, high)
             if found is not None:
                 return found
@@ -57,16 +59,16 @@ def first_shortfall(motion: PathMotion) -> Shortfall | None:
 
 
 def _of_segment(
-    motion: PathMotion, judge: Judge, segment_motion: SegmentMotion, low: int, high: int
-) -> Shortfall | None:
+    motion: PathMotion, judge: ResidualCheck, segment_motion: SegmentMotion, low: int, high: int
+) -> UnsolvedFrame | None:
     instants = motion.instants(segment_motion, low, high)
     for piece, places, part in segment_motion.by_piece(instants):
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             continue
         with np.errstate(all="ignore"):
-            state, bad = evaluated(piece, part)
-            worst = np.where(bad, np.inf, judge.worst(state, part))
-            worst = np.fmin(worst, _beside(piece, judge, part.tau, ~bad & np.isinf(worst)))
+            state, bad = evaluate_piece(piece, part)
+            worst = np.where(bad, np.inf, judge.largest_relative(state, part))
+            worst = np.fmin(worst, _worst_beside(piece, judge, part.tau, ~bad & np.isinf(worst)))
         if not (worst > FRAME_SOLVED).any():
             continue
         place = int(np.argmax(worst > FRAME_SOLVED))
@@ -74,8 +76,8 @@ def _of_segment(
         for block in segment_motion.plan.blocks:
             for n in block.unknowns:
                 if not np.isfinite(np.broadcast_to(state[n], len(part))[place]):
-                    return Shortfall(frame, segment_motion, unknown=n)
-        rows, beyond = judge.amounts(state, part)
+                    return UnsolvedFrame(frame, segment_motion, unknown=n)
+        rows, beyond = judge.residuals(state, part)
         amounts = [(float(off[place]), row.constraint) for off, row in zip(rows, judge.rows, strict=True)]
         selectors = segment_motion.plan.system.selectors
         amounts += [
@@ -83,11 +85,11 @@ def _of_segment(
             for off, selector in zip(beyond, selectors, strict=True)
         ]
         amount, constraint = max(amounts, key=lambda item: item[0], default=(0.0, None))
-        return Shortfall(frame, segment_motion, constraint=constraint, amount=amount)
+        return UnsolvedFrame(frame, segment_motion, constraint=constraint, amount=amount)
     return None
 
 
-def _beside(piece: Piece, judge: Judge, tau: FloatArray, asked: BoolArray) -> FloatArray:
+def _worst_beside(piece: Piece, judge: ResidualCheck, tau: FloatArray, asked: BoolArray) -> FloatArray:
     """(F,) the worst a little before and after the ``asked`` of the instants ``tau`` (F,), infinite for all others: a
     constraint may have no value where the pose has one, that of the motion on both sides (sin(t)/t at zero).
     """
@@ -96,12 +98,12 @@ def _beside(piece: Piece, judge: Judge, tau: FloatArray, asked: BoolArray) -> Fl
         aside = JUDGED_BESIDE * (piece.end - piece.begin)
         points = np.concatenate([tau[asked] - aside, tau[asked] + aside])
         instants = piece.instants(np.clip(points, piece.begin, piece.end))
-        state, bad = evaluated(piece, instants)
-        worst[asked] = np.where(bad, np.inf, judge.worst(state, instants)).reshape(2, -1).max(axis=0)
+        state, bad = evaluate_piece(piece, instants)
+        worst[asked] = np.where(bad, np.inf, judge.largest_relative(state, instants)).reshape(2, -1).max(axis=0)
     return worst
 
 
-WORTH_TELLING = 1e6
+WORTH_A_WARNING = 1e6
 """From this condition on, half of float64's digits are lost at worst."""
 NEAR = 0.02
 """Relative discriminant below which a minimum between nodes is examined frame by frame."""
@@ -121,7 +123,7 @@ class Singular:
 def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int, high: int) -> Iterator[Singular]:
     """The blocks of a segment that come near a singular position in one of the frames ``low`` … ``high - 1``."""
     for piece in segment_motion.pieces:
-        if isinstance(piece, Unsolved) or len(piece.nodes) < 3:
+        if isinstance(piece, UnsolvedInterval) or len(piece.nodes) < 3:
             continue
         frames = motion.instants(segment_motion, low, high).tau
         frames = frames[(frames >= piece.begin) & (frames <= piece.end)]
@@ -140,13 +142,13 @@ def nearly_singular(motion: PathMotion, segment_motion: SegmentMotion, low: int,
                     continue
                 found = 1.0 / np.sqrt(np.maximum(_margins(piece, block, chosen), UNCERTAIN_AT_FOLD**2))
             elif isinstance(track, NodeTrack) and rows is not None and rows.is_square:
-                if not (conditions(piece, rows, track.tau, track.values) > 0.01 * WORTH_TELLING).any():
+                if not (conditions(piece, rows, track.tau, track.values) > 0.01 * WORTH_A_WARNING).any():
                     continue
                 chosen = frames[:MOST_FRAMES]
                 found = conditions(piece, rows, chosen, None)
             if found is None:
                 continue
-            bad = found > WORTH_TELLING
+            bad = found > WORTH_A_WARNING
             if bad.any():
                 worst = int(np.argmax(found))
                 yield Singular(block.number, float(chosen[worst]), float(found[worst]), int(bad.sum()))

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from movimentum.analysis.diagnose.remedies import left_out
-from movimentum.analysis.freedom.frozen import drawn_by, held_block
+from movimentum.analysis.diagnose.remedies import without_constraint
+from movimentum.analysis.freedom.frozen_blocks import frozen_block, pulled_by
 from movimentum.arrays import FloatArray
 from movimentum.diagnostics import Diagnostic, Severity
 from movimentum.planning.blocks.kinds import wishes_drawing
@@ -18,22 +18,22 @@ from movimentum.records import dataclass
 from movimentum.scene.model import Constraint
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.free.velocity import FOLLOWING
+from movimentum.solver.free.velocity import FOLLOWING_RATE
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.text import listed, number, time_text
 from movimentum.tolerances import WISH_ASIDE, WISH_REACHED, WISH_STANDS_STILL
 
 SAMPLES = 200
 
 
-MOST = 50
+MOST_WISHES = 50
 """Wishes that are examined one by one."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Life:
+class _WishSpan:
     """Where a wish pulls free motion: segments with the numbers of its errors in `Plan.wishes`."""
 
     constraint: Constraint
@@ -41,20 +41,22 @@ class _Life:
 
 
 def wish_diagnostics(motion: PathMotion) -> Iterator[Diagnostic]:
-    """A note (a warning where it is stuck) for each wish that pulls free motion, for the first `MOST` of them."""
-    lives = _lives(motion)
+    """A note (a warning where it is stuck) for each wish that pulls free motion, for the first `MOST_WISHES` of
+    them.
+    """
+    lives = _wish_spans(motion)
     evaluated = _Evaluated()
-    for life in lives[:MOST]:
+    for life in lives[:MOST_WISHES]:
         found = _diagnostic(motion, life, evaluated)
         if found is not None:
             yield found
-    if len(lives) > MOST:
-        message = f"only the first {MOST} of {len(lives):,} wishes are reported"
+    if len(lives) > MOST_WISHES:
+        message = f"only the first {MOST_WISHES} of {len(lives):,} wishes are reported"
         yield Diagnostic("limit/messages", Severity.NOTE, message)
 
 
-def _lives(motion: PathMotion) -> list[_Life]:
-    lives: dict[int, _Life] = {}
+def _wish_spans(motion: PathMotion) -> list[_WishSpan]:
+    lives: dict[int, _WishSpan] = {}
     for segment_motion in motion.segments:
         plan = segment_motion.plan
         for i, wish in enumerate(plan.system.wishes):
@@ -62,7 +64,7 @@ def _lives(motion: PathMotion) -> list[_Life]:
                 continue
             constraint = next(c for c in segment_motion.segment.active if c.number == wish.constraint)
             errors = [place for place, owner in enumerate(plan.wish_of) if owner == i]
-            life = lives.setdefault(wish.constraint, _Life(constraint, []))
+            life = lives.setdefault(wish.constraint, _WishSpan(constraint, []))
             life.segments.append((segment_motion, errors))
     return list(lives.values())
 
@@ -82,12 +84,12 @@ class _Evaluated:
         return self._found
 
 
-def _diagnostic(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagnostic | None:
+def _diagnostic(motion: PathMotion, life: _WishSpan, evaluated: _Evaluated) -> Diagnostic | None:
     times: list[FloatArray] = []
     offs: list[FloatArray] = []
     for segment_motion, errors in life.segments:
         for piece in segment_motion.pieces:
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 return None  # a time without a solution is reported itself
             tau = np.linspace(piece.begin, piece.end, SAMPLES if piece.end > piece.begin else 1)
             off, bad = _off(piece, errors, tau, evaluated)
@@ -111,7 +113,7 @@ def _diagnostic(motion: PathMotion, life: _Life, evaluated: _Evaluated) -> Diagn
             f"`{name}` {'reaches its goal' if begin else 'is at its goal'} {when}, to within {number(worst, 2)}",
             life.constraint.span,
         )
-    return _missed(motion, life, last, name)
+    return _why_missed(motion, life, last, name)
 
 
 def _off(
@@ -128,7 +130,7 @@ def _off(
     return off, bad | ~np.isfinite(off)
 
 
-def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnostic:
+def _why_missed(motion: PathMotion, life: _WishSpan, last: float, name: str) -> Diagnostic:
     """Why a wish has not reached its goal at the end: it is under way, blocked, or stuck."""
     segment_motion, errors = life.segments[-1]
     plan = segment_motion.plan
@@ -138,9 +140,9 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
     wish = plan.system.wishes[number_of_wish]
     block = next(rows for rows in plan.free_rows if number_of_wish in wishes_drawing(rows))
     watched, reads = [piece.plan.wishes[i] for i in errors], symbol_numbers(*wish.errors)
-    held = held_block(piece, block, piece.end, watched, reads)
+    held = frozen_block(piece, block, piece.end, watched, reads)
     speed = held.approach(held.x)
-    wanted = min(FOLLOWING * last, wish.speed or np.inf)
+    wanted = min(FOLLOWING_RATE * last, wish.speed or np.inf)
     if speed > WISH_STANDS_STILL * wanted:
         return Diagnostic(
             "wish/under-way",
@@ -150,7 +152,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
             helps=("a later end or a greater `.speed(…)` lets it arrive",),
         )
     if len(wishes_drawing(block)) > 1:
-        held = held_block(piece, drawn_by(plan, block, wish), piece.end, watched, reads)
+        held = frozen_block(piece, pulled_by(plan, block, wish), piece.end, watched, reads)
         if held.approach(held.x) > WISH_STANDS_STILL * wanted:
             return _opposed(motion, life, last, name, [plan.system.wishes[i] for i in wishes_drawing(block)])
     if held.stuck(held.x, WISH_ASIDE * motion.size):
@@ -171,7 +173,7 @@ def _missed(motion: PathMotion, life: _Life, last: float, name: str) -> Diagnost
     )
 
 
-def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
+def _opposed(motion: PathMotion, life: _WishSpan, last: float, name: str, wishes: Sequence[Wish]) -> Diagnostic:
     """Other wishes of the same part hold it back."""
     scene = motion.timeline.scene
     others = {wish.constraint for wish in wishes} - {life.constraint.number}
@@ -184,5 +186,5 @@ def _opposed(motion: PathMotion, life: _Life, last: float, name: str, wishes: Se
         f"other wishes hold `{name}` {number(last)} from its goal: those for {listed(quoted)}",
         life.constraint.span,
         helps=(f"`{keys[0]} ~ _;` ends {'that' if len(keys) == 1 else 'one'}",),
-        fixes=tuple(left_out(scene.source, constraint) for constraint in opposing),
+        fixes=tuple(without_constraint(scene.source, constraint) for constraint in opposing),
     )

@@ -15,10 +15,10 @@ from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle
-from movimentum.solver.assembly import snapshot
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import FailureKind, SegmentMotion, Unsolved
+from movimentum.solver.pose_assembly import snapshot
+from movimentum.solver.segment_motion import FailureKind, SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import MOVE_ALIKE, NO_VELOCITY, SEEN_MOVING, STEP_OF_DIFFERENCE, STRESSED
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ class ConnectedPart:
 def generic_moment(segment_motion: SegmentMotion) -> tuple[Piece, float] | None:
     """A moment of the segment in general position: somewhere in the middle, not at a round fraction."""
     for piece in segment_motion.pieces:
-        if not isinstance(piece, Unsolved):
-            gap = min((t.begin for t in segment_motion.troubles if t.kind is FailureKind.GAP), default=piece.end)
+        if not isinstance(piece, UnsolvedInterval):
+            gap = min((t.begin for t in segment_motion.failures if t.kind is FailureKind.GAP), default=piece.end)
             end = min(piece.end, gap)
             return piece, piece.begin + 0.37931 * (end - piece.begin)
     return None
@@ -94,7 +94,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
     if moment is None:
         return []
     from movimentum.analysis.freedom.motions import described_by, motions_of
-    from movimentum.analysis.freedom.rank import at_one, beside, rank_at, stress_of, values_of
+    from movimentum.analysis.freedom.rank import at_one, nearby_pose, rank_at, stress_of, values_of
 
     piece, tau = moment
     result: list[BlockRank] = []
@@ -109,7 +109,7 @@ def block_ranks(segment_motion: SegmentMotion) -> list[BlockRank]:
             nearby: tuple[FreeMotion, ...] = ()
             if block.free and rank < len(x):
                 # at a dead centre the rank drops, but nothing is free for that reason: examine a nearby pose too
-                y, there = beside(segment_motion.plan, block, one, instants.clocks, x, free)
+                y, there = nearby_pose(segment_motion.plan, block, one, instants.clocks, x, free)
                 more, higher, other = rank_at(block, there, instants.clocks, y, scale)
                 nearby = motions_of(segment_motion.plan, block, there, instants.clocks, y, other, scale)
                 if higher > rank:
@@ -181,10 +181,10 @@ def _twists(segment_motion: SegmentMotion, ranks: Sequence[BlockRank]) -> dict[i
     size = segment_motion.plan.size
     columns: list[dict[int, tuple[float, float, float]]] = [dict(motion.twists) for motion in motions]
     for piece in segment_motion.pieces:
-        if isinstance(piece, Unsolved) or piece.end <= piece.begin:
+        if isinstance(piece, UnsolvedInterval) or piece.end <= piece.begin:
             continue
         length = piece.end - piece.begin
-        gap = min((t.begin for t in segment_motion.troubles if t.kind is FailureKind.GAP), default=piece.end)
+        gap = min((t.begin for t in segment_motion.failures if t.kind is FailureKind.GAP), default=piece.end)
         for place in (0.37931, 0.71713):
             tau = piece.begin + place * (min(piece.end, gap) - piece.begin)
             with np.errstate(all="ignore"):

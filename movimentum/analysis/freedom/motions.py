@@ -19,7 +19,7 @@ from movimentum.scene.model import AnchorRef, ThingAngle
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem, null_space, scale_of
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.text import number
 from movimentum.tolerances import LEAST_DIVISOR, RANK_TOLERANCE, SEEMS_ZERO, ZERO_ENTRY, ZERO_PIVOT
 
@@ -45,7 +45,7 @@ class FreeMotion:
 
 def described_by(plan: Plan, block: Newton) -> set[int]:
     """The unknowns that describe a block's free motions: its pose, and what is measured of it."""
-    return plan.read_by(block) | {unknown_number(name.payload) for name in plan.measured}
+    return plan.unknowns_read_by(block) | {unknown_number(name.payload) for name in plan.measured}
 
 
 def motions_of(
@@ -119,7 +119,7 @@ def free_motions_at(motion: PathMotion, time: Fraction) -> list[FreeMotion]:
     segment_motion = motion.segments[timeline.segment_at(time)]
     tau = float(time - segment_motion.segment.start)
     piece = next((p for p in segment_motion.pieces if p.begin <= tau <= p.end), None)
-    if piece is None or isinstance(piece, Unsolved):
+    if piece is None or isinstance(piece, UnsolvedInterval):
         return []
     instants = piece.instants(np.array([tau]))
     found: list[FreeMotion] = []

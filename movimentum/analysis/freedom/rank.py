@@ -11,16 +11,16 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Newton
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.memory import memoized
+from movimentum.solver.basis.block_memo import memoized
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem, null_space, relative_error, scale_of, scaled
-from movimentum.solver.block.sparse import factored
-from movimentum.solver.free.velocity import projected
+from movimentum.solver.block.sparse import factorize
+from movimentum.solver.free.velocity import project_onto_equations
 from movimentum.tolerances import LEAST_DIVISOR, NEARBY_SOLVED, RANK_SHIFT, RANK_TOLERANCE
 
 Clocks = tuple[FloatArray, ...]
 
-ASIDE = 0.03
+NEARBY_DISTANCE = 0.03
 """Of the scene's size: the distance to a nearby pose in general position that is examined too."""
 
 
@@ -81,16 +81,16 @@ def _stress_of(rows: FloatArray, rank: int, *, sparse: bool) -> FloatArray:
     return np.sqrt(np.sum(left**2, axis=1))
 
 
-def beside(
+def nearby_pose(
     plan: Plan, block: Newton, one: State, clocks: Clocks, x: FloatArray, free: FloatArray
 ) -> tuple[FloatArray, State]:
     """A pose a little way along all free motions at once, in no particular proportion; ``x`` if there is none."""
     scale = scale_of(plan, block.core)
     weights = np.cos(1.0 + 2.399963 * np.arange(free.shape[1], dtype=np.float64))
     step = (free @ weights) * scale
-    step *= ASIDE / max(float(np.max(np.abs(step) / scale)), LEAST_DIVISOR)
+    step *= NEARBY_DISTANCE / max(float(np.max(np.abs(step) / scale)), LEAST_DIVISOR)
     problem = BlockProblem.of(block, one, clocks, scale)
-    y, good = projected(problem, x + step)
+    y, good = project_onto_equations(problem, x + step)
     # where rods in a line stay in a line, Newton's method converges slowly, and what it has not reached has more rank
     if not good or not relative_error(problem.residual(y[None]), problem.jacobian(y[None]), scale)[0] <= NEARBY_SOLVED:
         y = x
@@ -129,7 +129,7 @@ class SparseRank:
         n = rows.shape[1]
         shifted: Any = (self._across @ self._rows).tocsc()
         shifted.setdiag(shifted.diagonal() + RANK_SHIFT)
-        self._factors: Any = factored(shifted, order="MMD_AT_PLUS_A")
+        self._factors: Any = factorize(shifted, order="MMD_AT_PLUS_A")
         if self._factors is None:
             raise np.linalg.LinAlgError
         largest = self._largest(n)

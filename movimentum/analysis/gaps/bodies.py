@@ -13,8 +13,8 @@ from movimentum.expressions import symbols
 from movimentum.geometry import hull
 from movimentum.outlines.contour import Contour
 from movimentum.outlines.cores import Core, core_of
+from movimentum.outlines.dense_polygons import DensePolygon
 from movimentum.outlines.facets import Facets
-from movimentum.outlines.fine import Fine
 from movimentum.scene.model import AnchorCoordinate, Scene, Thing, ThingAngle, VariableComponent
 from movimentum.scene.outlines import Circle, rings_of
 from movimentum.solver.poses import Poses
@@ -68,16 +68,18 @@ class GapBody:
         return self.hole is None if self.teeth > 1 else len(self.rings) == 1
 
     @cached_property
-    def fine(self) -> tuple[Fine, ...]:
+    def fine(self) -> tuple[DensePolygon, ...]:
         """The same as polygons of many corners."""
-        return tuple(Fine.disc(each.radius) if isinstance(each, Circle) else Fine.of(each) for each in self.rings)
+        return tuple(
+            DensePolygon.disc(each.radius) if isinstance(each, Circle) else DensePolygon.of(each) for each in self.rings
+        )
 
     @cached_property
-    def pieces(self) -> tuple[tuple[Fine, ...], ...]:
+    def pieces(self) -> tuple[tuple[DensePolygon, ...], ...]:
         """The same by connected pieces."""
         if not isinstance(self.thing.own, Composite):
             return (self.fine,)
-        found: list[tuple[Fine, ...]] = []
+        found: list[tuple[DensePolygon, ...]] = []
         place = 0
         for piece in self.thing.own.pieces:
             found.append(self.fine[place : place + len(piece)])
@@ -85,9 +87,9 @@ class GapBody:
         return tuple(found)
 
     @cached_property
-    def filled(self) -> Fine:
+    def filled(self) -> DensePolygon:
         """The circle about a gear's teeth."""
-        return Fine.disc(self.core.reach)
+        return DensePolygon.disc(self.core.reach)
 
     @property
     def spacing(self) -> float:
@@ -118,7 +120,9 @@ def bodies_of(scene: Scene) -> list[GapBody]:
     return found
 
 
-def excused(scene: Scene, segment: Segment, bodies: Sequence[GapBody], poses: Poses, *, all_layers: bool) -> BoolArray:
+def allowed_overlaps(
+    scene: Scene, segment: Segment, bodies: Sequence[GapBody], poses: Poses, *, all_layers: bool
+) -> BoolArray:
     """(N, N): which pairs may overlap in a segment: those that share a place of their anchors all along, that are
     meshed or kept in contact by a statement, or whose stated layers differ.
     """

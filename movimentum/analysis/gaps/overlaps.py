@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.gaps.between import CURVED, LONGER_WAY, GapIntervals, GapPairs
-from movimentum.analysis.gaps.bodies import bodies_of, excused
-from movimentum.analysis.gaps.deepest import deepest
+from movimentum.analysis.gaps.bodies import allowed_overlaps, bodies_of
+from movimentum.analysis.gaps.overlap_depths import deepest_overlaps
+from movimentum.analysis.gaps.pair_distances import CURVE_DISTANCE, LONGER_WAY, GapIntervals, GapPairs
 from movimentum.analysis.gaps.tracks import Tracks
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.cancellation import look
@@ -64,7 +64,7 @@ def overlaps(motion: PathMotion, *, all_layers: bool = False) -> list[Overlap]:
         look()
         segment = motion.segments[place].segment
         poses = motion.poses_in(place, tau)
-        free = excused(motion.timeline.scene, segment, bodies, poses, all_layers=all_layers)
+        free = allowed_overlaps(motion.timeline.scene, segment, bodies, poses, all_layers=all_layers)
         one, other = np.nonzero(~np.triu(np.ones_like(free)) & ~free)
         one, other = other, one  # the one that is defined first
         pairs = GapPairs(Tracks(motion, place, bodies, tau), np.stack([one, other]))
@@ -121,7 +121,7 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
         if not edges[-1][1]:
             edges.append((float(tau[-1]), True))
         intervals += [(number, a, b) for (a, _), (b, _) in zip(edges[::2], edges[1::2], strict=False)]
-    when, deep = deepest(pairs, intervals, halves)
+    when, deep = deepest_overlaps(pairs, intervals, halves)
     overlapping = deep > touch  # others only touch: a distance that stays at 0 changes its sign by rounding
     owner = np.array([each[0] for each in intervals], dtype=np.int64)
     overlapping[overlapping] = ~_only_facets(pairs, owner[overlapping], when[overlapping], deep[overlapping])
@@ -268,6 +268,6 @@ def _exactly(pairs: GapPairs, pair: IntArray, tau: FloatArray) -> FloatArray:
 def _only_facets(pairs: GapPairs, pair: IntArray, tau: FloatArray, depth: FloatArray) -> BoolArray:
     """(K,): whether it is the polygons in place of curves that overlap, where they are deepest, and not the curves."""
     found = np.zeros(len(pair), dtype=np.bool_)
-    some = np.nonzero(~pairs.exact[pair] & (depth <= CURVED * pairs.size[pair]))[0]
+    some = np.nonzero(~pairs.exact[pair] & (depth <= CURVE_DISTANCE * pairs.size[pair]))[0]
     found[some] = _exactly(pairs, pair[some], tau[some]) >= -GAP_TOUCHES * pairs.scale
     return found

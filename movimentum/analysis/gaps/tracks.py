@@ -19,7 +19,7 @@ from movimentum.tolerances import TRACK_FOLLOWS, TRACK_NOISE
 
 DEGREE = 8
 """Of the polynomials."""
-NO_BETTER = 0.2
+LEAST_IMPROVEMENT = 0.2
 """Of how far off a polynomial is: two for its halves that are no nearer are off by noise."""
 LEVELS = 5
 """How often intervals are halved in which they do not follow."""
@@ -103,7 +103,7 @@ class Tracks:
             same = (shown == shown[:, :, :1]).all(axis=(0, 2))
             # a kink is in one half only
             halves = np.tile(worst.reshape(2, -1).min(axis=0), 2) if level else worst
-            noise = (worst <= TRACK_NOISE) & (halves > NO_BETTER * before)
+            noise = (worst <= TRACK_NOISE) & (halves > LEAST_IMPROVEMENT * before)
             smooth = same & ((worst <= TRACK_FOLLOWS) | noise)
             kept: BoolArray = smooth if level < LEVELS else np.ones(count, dtype=np.bool_)
             first = np.moveaxis(np.concatenate([values[:, :, 0], turn[:, index[:, 0]], shown[:, :, :1]], axis=2), 0, 1)

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from movimentum.analysis.diagnose.ambiguity import loose_variables, shown_unknowns, solutions_of
-from movimentum.analysis.diagnose.inequalities import described, followed_at, selecting_inequalities, selecting_wish
+from movimentum.analysis.diagnose.inequalities import candidate_at, described, selecting_inequalities, selecting_wish
 from movimentum.arrays import first_of
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
-from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.instants import at_offsets
 from movimentum.solver.basis.pose_state import Snapshot, as_drawn
-from movimentum.solver.beginning import totals_of
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.path.follow import follow
+from movimentum.solver.path.follow import follow_path
 from movimentum.solver.path.piece import Piece
+from movimentum.solver.pose_assembly import snapshot
 from movimentum.solver.segment_motion import SegmentMotion
+from movimentum.solver.segment_start import integral_totals
 from movimentum.solver.start.candidates import Part
 from movimentum.solver.start.search import select
 from movimentum.tolerances import INEQUALITY_MET, LISTED_AHEAD, SAME_POSE
@@ -73,7 +73,7 @@ def alternatives(segment_motion: SegmentMotion, piece: Piece | None, tau: float)
     start = segment_motion.segment.start
     now: State = []
     with np.errstate(all="ignore"):
-        totals = totals_of(plan, segment_motion.base)
+        totals = integral_totals(plan, segment_motion.base)
         if piece is not None:
             now, _ = piece.evaluate(piece.instants(np.array([tau])))
             totals = {n: first_of(now[n]) for block in plan.blocks for n in block.unknowns if now[n] is not None}
@@ -81,7 +81,7 @@ def alternatives(segment_motion: SegmentMotion, piece: Piece | None, tau: float)
         if piece is None:
             if found.choices is None:
                 return []
-            there, _ = follow(bare, start, tau, tau, found.choices)
+            there, _ = follow_path(bare, start, tau, tau, found.choices)
             now, _ = there.evaluate(there.instants(np.array([tau])))
     return [made for part in found.parts if (made := _of_part(segment_motion, part, now, piece, tau)) is not None]
 
@@ -97,7 +97,7 @@ def _of_part(
     loose = loose_variables(plan, groups)
     part = replace(part, candidates=tuple(group[0] for group in groups))
     states = [_with(now, part, index) for index in range(len(part.candidates))]
-    followed = [followed_at(plan, segment_motion, part, state).without(loose) for state in states]
+    followed = [candidate_at(plan, segment_motion, part, state).without(loose) for state in states]
     words = described(plan, part.candidates, followed, loose)
     poses = [snapshot(plan, state, segment_motion.base.now, 0) for state in states]
     turned_down = [_rejecting(segment_motion, part, state, tau) for state in states]

@@ -12,16 +12,16 @@ from movimentum.arrays import FloatArray, first_of
 from movimentum.planning.blocks.kinds import Block, Free, Newton
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
-from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.problem import BlockProblem, scale_of
 from movimentum.solver.continuation.tracks import NodeTrack, SignTrack
-from movimentum.solver.free.velocity import projected
+from movimentum.solver.free.velocity import project_onto_equations
 from movimentum.solver.kinds.kernels import evaluate, set_branch
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.pose_assembly import snapshot
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import NEARLY_MEETS
 
 CLOSE = 0.01
@@ -50,7 +50,7 @@ def branches(motion: PathMotion) -> Iterator[BranchReport]:
     """All blocks that have more than one solution, step by step."""
     for segment_motion in motion.segments:
         for piece in segment_motion.pieces:
-            if isinstance(piece, Unsolved):
+            if isinstance(piece, UnsolvedInterval):
                 continue
             for block, track in zip(segment_motion.plan.blocks, piece.tracks, strict=True):
                 if block.continued or not block.moving:
@@ -118,7 +118,7 @@ AMPLITUDE = 0.12
 SUBSTEPS = 4
 
 
-def wiggles(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
+def free_swings(segment_motion: SegmentMotion, piece: Piece, tau: float) -> Iterator[tuple[FreeMotion, list[Snapshot]]]:
     """For each free motion at offset ``tau``: the moments of one swing to both sides, beginning and ending where it is.
 
     After every step along the motion the constraints are restored by Newton's method, as near as possible (in the
@@ -155,7 +155,7 @@ def _swung(
     for target in swing:
         for _ in range(SUBSTEPS):
             step = (target - at) / SUBSTEPS * velocity
-            moved, good = projected(problem, x + step)
+            moved, good = project_onto_equations(problem, x + step)
             if not good or np.max(np.abs(moved - x)) > 10.0 * np.max(np.abs(step)):
                 break
             x = moved

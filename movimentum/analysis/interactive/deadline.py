@@ -54,7 +54,7 @@ def within(seconds: float, work: Callable[[], T], clock: Callable[[], float] = t
                 with ending:
                     ended = True
                 return
-            except _GivenUp:  # raised only before `ended`
+            except _GivenUp:  # raised only before `end_of_upstream`
                 continue
 
     before = threading.stack_size(STACK)

@@ -8,10 +8,10 @@ from itertools import islice
 
 import numpy as np
 
-from movimentum.analysis.freedom.frozen import HeldBlock, PushedBlock, drawn_by, held_block
+from movimentum.analysis.freedom.frozen_blocks import FrozenBlock, FrozenPushedBlock, frozen_block, pulled_by
 from movimentum.arrays import FloatArray, first_of
 from movimentum.expressions import Expr
-from movimentum.planning.blocks.wishes import in_what_moves
+from movimentum.planning.blocks.wishes import independent_form
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.equations import Wish
@@ -19,11 +19,11 @@ from movimentum.planning.lowering.system import lowered_expressions
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
-from movimentum.solver.assembly import snapshot
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.free.velocity import field_of
+from movimentum.solver.free.velocity import workspace_size
 from movimentum.solver.path.piece import Piece
+from movimentum.solver.pose_assembly import snapshot
 from movimentum.solver.segment_motion import SegmentMotion
 from movimentum.tolerances import ARRIVED, DRAG_ASIDE, DRAG_STANDS_STILL, SAME_POSE
 
@@ -32,7 +32,7 @@ STEPS_A_MOVE = 3
 """As many as one move of a hand takes; what is farther off follows with the next move."""
 WAYS_A_MOVE = 1
 """The same where inequalities push: all the way to the hand, unless that is far."""
-WAY = 0.1
+LONGEST_PULL = 0.1
 """Of the canvas: so far something is pulled in one step where inequalities push."""
 
 
@@ -67,33 +67,33 @@ class Grip:
         self.segment_motion, self.piece, self.tau = segment_motion, piece, tau
         plan = segment_motion.plan
         lowered = lowered_expressions(plan.system, left)
-        values = tuple(in_what_moves(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
+        values = tuple(independent_form(plan.system, frozenset(), plan.measured, expr) for expr in lowered)
         self._functions = [compiled([value], Clocks(plan.clocks)) for value in values]
         self._target = np.zeros(len(values))
         self._begin = np.zeros(len(values))
         reads = symbol_numbers(*values)
         found = next((b for b in plan.blocks if b.free and reads & set(b.unknowns)), None)
         block = None if found is None else found.free_rows
-        self._held: HeldBlock | None = None
-        self._placing: Placing | None = None
+        self._held: FrozenBlock | None = None
+        self._placing: ThingPlacements | None = None
         if block is not None:
-            drawn = drawn_by(plan, block, Wish(values, -1, frozenset(reads)))
+            drawn = pulled_by(plan, block, Wish(values, -1, frozenset(reads)))
             watched = None
             if drawn.wishes is not None:
                 drawn = replace(drawn, wishes=replace(drawn.wishes, errors=self._minus_target(drawn.wishes.errors)))
             else:
                 watched = [self._minus_target(function, (i,)) for i, function in enumerate(self._functions)]
-            self._held = held_block(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
+            self._held = frozen_block(piece, drawn, tau, watched, range(len(plan.system.unknowns)))
             self.x = self._held.x
 
     def _minus_target(self, function: Compiled, places: Sequence[int] | None = None) -> Compiled:
         """``function``, whose values are the grip's expressions (those at ``places``), less where they should be: at
-        their targets, or at a part of the way there (see `PushedBlock`).
+        their targets, or at a part of the way there (see `FrozenPushedBlock`).
         """
         chosen = range(len(self._target)) if places is None else places
 
         def errors(u: State, k: Sequence[FloatArray], g: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
-            left = 1.0 - k[-1] if isinstance(self._held, PushedBlock) else 0.0
+            left = 1.0 - k[-1] if isinstance(self._held, FrozenPushedBlock) else 0.0
             wanted = [self._target[i] - left * (self._target[i] - self._begin[i]) for i in chosen]
             return tuple(value - there for value, there in zip(function(u, k, g), wanted, strict=True))
 
@@ -131,7 +131,7 @@ class Grip:
 
         Ends earlier where it arrives, or comes no nearer.
         """
-        pushed = isinstance(self._held, PushedBlock)
+        pushed = isinstance(self._held, FrozenPushedBlock)
         return sum(1 for _ in self._steps(target, min(steps, WAYS_A_MOVE) if pushed else steps, nearly=True))
 
     def path(self, target: Sequence[float], steps: int = MOST_STEPS) -> list[Snapshot]:
@@ -146,7 +146,7 @@ class Grip:
         off = held.off(self.x)
         if off <= ARRIVED * size:
             return
-        if isinstance(held, PushedBlock):
+        if isinstance(held, FrozenPushedBlock):
             yield from self._ways(self._target, steps, nearly)
             return
         for y in islice(held.pulled(self.x, steps), steps):
@@ -160,7 +160,7 @@ class Grip:
         """The same where inequalities push: in ways that are not long, as what is far off pulls hard to the side."""
         held, size = self._held, self.segment_motion.plan.size
         assert held is not None
-        here, reach = self._values(), WAY * field_of(self.segment_motion.plan.system.scene)
+        here, reach = self._values(), LONGEST_PULL * workspace_size(self.segment_motion.plan.system.scene)
         off = float(np.linalg.norm(goal - here))
         try:
             for _ in range(steps):
@@ -177,9 +177,9 @@ class Grip:
             self._target = goal
 
     def placements(self) -> FloatArray:
-        """(N, 4): where each thing of the scene is now, as `Placing.of`."""
+        """(N, 4): where each thing of the scene is now, as `ThingPlacements.of`."""
         if self._placing is None:
-            self._placing = Placing(self.segment_motion.plan, self.pose())
+            self._placing = ThingPlacements(self.segment_motion.plan, self.pose())
         assert self._held is not None
         return self._placing.of(self._held.placed(self.x)[0])
 
@@ -215,8 +215,8 @@ def drag(
 # --- the places of all things of a scene at one instant, by a few array operations
 
 
-class Placing:
-    """Like `solver.assembly.placements`, for one instant after the other; what a plan does not know stays as in
+class ThingPlacements:
+    """Like `solver.pose_assembly.placements`, for one instant after the other; what a plan does not know stays as in
     ``base``.
     """
 

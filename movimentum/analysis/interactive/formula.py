@@ -12,13 +12,13 @@ from movimentum.arrays import first_of
 from movimentum.expressions import Expr, symbols, walk
 from movimentum.expressions.operations import column
 from movimentum.expressions.tables import Ends, Table
-from movimentum.planning.lowering.calculus import FOUND_ANEW
+from movimentum.planning.lowering.calculus import SEARCHED_OPERATIONS
 from movimentum.planning.lowering.unknowns import symbol_numbers, unknown_number
 from movimentum.records import dataclass
 from movimentum.scene.model import AnchorCoordinate, ThingAngle
 from movimentum.solver.continuation.tracks import SignTrack
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import SHORT_NUMBER
 
 LARGEST = 4000
@@ -92,7 +92,7 @@ def formula(segment_motion: SegmentMotion, tau: float, expression: Expr, *, tidy
     """
     plan = segment_motion.plan
     piece = next((p for p in reversed(segment_motion.pieces) if p.begin <= tau), segment_motion.pieces[0])
-    if isinstance(piece, Unsolved):
+    if isinstance(piece, UnsolvedInterval):
         return Obstacle(None, "there is no solution at this time")
     owner = {n: block for block in plan.blocks for n in block.unknowns}
     roots = {n: root for block in plan.blocks for n, root in block.formulas}
@@ -291,7 +291,7 @@ def to_sympy(root: Expr, leaf: Callable[[Expr], Any], made: dict[Expr, Any] | No
                 made[node] = to_sympy(origin, leaf, made)
         elif node.op in ("symbol", "sign", "clock"):
             made[node] = leaf(node)
-        elif node.op in FOUND_ANEW and not all(made[arg].is_number for arg in node.args):
+        elif node.op in SEARCHED_OPERATIONS and not all(made[arg].is_number for arg in node.args):
             # no formula says where two outlines are nearest
             made[node] = sympy.Function("place")(*(made[arg] for arg in node.args))
         else:

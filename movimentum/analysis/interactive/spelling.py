@@ -16,7 +16,7 @@ _TO_DEGREES = {"asin", "acos", "atan", "atan2"}
 _DIGITS = 15
 
 
-class Unspoken(ValueError):
+class NoSpelling(ValueError):
     """The language has no words for a part of the formula."""
 
 
@@ -55,7 +55,7 @@ class _Language(StrPrinter):
             below = Pow(base, -exponent)
             return f"1/{self.parenthesize(below, PRECEDENCE['Pow'])}"
         if not exponent.is_number:
-            raise Unspoken(str(expr))
+            raise NoSpelling(str(expr))
         power = str(exponent) if exponent.is_Integer else f"({self._print(exponent)})"
         return f"{self.parenthesize(base, PRECEDENCE['Pow'])}^{power}"
 
@@ -67,7 +67,7 @@ class _Language(StrPrinter):
             return f".{name}({self._listed(args)})"
         word = {"log": "ln", "exp": "exp", "floor": "floor", "Mod": "mod", "Abs": "abs"}.get(name)
         if word is None:
-            raise Unspoken(name)
+            raise NoSpelling(name)
         return f".{word}({self._listed(args)})"
 
     def _print_Abs(self, expr: Any) -> str:
@@ -84,7 +84,7 @@ class _Language(StrPrinter):
     def _print_LatticeOp(self, expr: Any) -> str:
         word = {"Min": "min", "Max": "max"}.get(expr.func.__name__)
         if word is None:
-            raise Unspoken(expr.func.__name__)
+            raise NoSpelling(expr.func.__name__)
         return f".{word}({', '.join(self._print(arg) for arg in sorted(expr.args, key=str))})"
 
     _print_Min = _print_Max = _print_LatticeOp
@@ -96,7 +96,7 @@ class _Language(StrPrinter):
                 parts.append(self._print(value))
                 break
             if not condition.is_Relational or condition.rel_op not in ("<", "<=", ">", ">="):
-                raise Unspoken(str(condition))
+                raise NoSpelling(str(condition))
             left, right = self._print(condition.lhs), self._print(condition.rhs)
             parts.append(f"{left} {condition.rel_op} {right} : {self._print(value)}")
         else:  # the last case is the only one that is left
@@ -105,7 +105,7 @@ class _Language(StrPrinter):
 
     def emptyPrinter(self, expr: Any) -> str:
         """An operation that SymPy has and the language has not."""
-        raise Unspoken(str(expr))
+        raise NoSpelling(str(expr))
 
 
 def _in_radians(function: Any) -> Any:
@@ -120,7 +120,7 @@ def _simple(expression: Any) -> Any:
     return _LIBRARY.expand_mul(_LIBRARY.cancel(expression)) if expression.has(pi) else expression
 
 
-def spelled(expression: Any) -> str | None:
+def in_language(expression: Any) -> str | None:
     """A SymPy expression of ``t`` (seconds in the step; angles in radians) in the language; None if that has no words
     for it.
     """
@@ -129,5 +129,5 @@ def spelled(expression: Any) -> str | None:
         expression = expression.replace(getattr(_LIBRARY, name), _in_radians(own))
     try:
         return str(_Language().doprint(expression))
-    except Unspoken:
+    except NoSpelling:
         return None

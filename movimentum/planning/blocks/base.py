@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from movimentum.planning.structure.linear_rows import LinearMap, SparseRows
     from movimentum.planning.structure.metric import Metric
 
-HIGHEST = 2
+HIGHEST_FREE_RATE = 2
 """Derivatives that a free motion has."""
 
 
@@ -238,7 +238,7 @@ class Free(Newton):
     @property
     def highest_rate(self) -> float:
         """See `BlockBase`."""
-        return HIGHEST if self.wishes is None else 1
+        return HIGHEST_FREE_RATE if self.wishes is None else 1
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

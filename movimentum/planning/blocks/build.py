@@ -20,20 +20,20 @@ from movimentum.planning.blocks.kinds import (
 )
 from movimentum.planning.blocks.reduction import (
     Roots,
-    back_substituted,
-    divided_by,
-    eliminated_linear,
+    back_substitute,
+    branch_sign_symbol,
+    divisors_of,
+    eliminate_linear,
     line_and_conic,
     line_conic_roots,
     quadratic_roots,
-    sign_of,
     size_of_terms,
 )
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, phases_of, slopes_of
-from movimentum.planning.lowering.equations import Equation, Form, System, but_for_turns
+from movimentum.planning.lowering.equations import Equation, Form, System, modulo_turns
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
@@ -42,12 +42,12 @@ from movimentum.records import dataclass, replace
 if TYPE_CHECKING:
     from movimentum.planning.structure.metric import Metric
 
-DENSE = 50
+LARGEST_DENSE_BLOCK = 50
 """Unknowns of a free block above which what is linear is eliminated, and matrices are sparse."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Making:
+class _BlockMaking:
     """What a block is made of: its number, the system and its group; ``moving`` are the unknowns of earlier blocks that
     change with time. ``states`` are given from outside while the block is solved, and integrated.
     """
@@ -80,7 +80,7 @@ class _Making:
             for phase in phases_of(node)
             if not symbol_numbers(phase) & unknowns.union(self.states)
         }
-        divisors = divided_by([self.system.equations[e].residual for e in self.group.equations], unknowns)
+        divisors = divisors_of([self.system.equations[e].residual for e in self.group.equations], unknowns)
         divisors += [] if leading is None or leading.value is not None else [leading]
         return {
             "number": self.number,
@@ -101,7 +101,7 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
     """Compile ``group``. ``moving`` are the unknowns of earlier blocks that change with time; ``size`` the scene's
     size.
     """
-    making = _Making(number, system, group, clocks, moving)
+    making = _BlockMaking(number, system, group, clocks, moving)
     first = system.equations[group.equations[0]] if group.equations else None
     if first is not None and first.form is not Form.PLAIN and len(group.unknowns) == 1:
         return _special_block(making)
@@ -121,10 +121,10 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         if form is None:
             return _general_block(making)
         forms.append(poly.relative_to(form, inside))
-    eliminated, left = eliminated_linear(system, forms, inside, size)
+    eliminated, left = eliminate_linear(system, forms, inside, size)
     rest = [form for _, form in left]
     core = tuple(n for n in group.unknowns if n not in {n for n, _ in eliminated})
-    explicit = back_substituted(eliminated)
+    explicit = back_substitute(eliminated)
     if not rest:
         return _assign_block(making, core, explicit)
     if all(poly.degree(form, inside) <= 1 for form in rest):
@@ -135,12 +135,12 @@ def make_block(number: int, system: System, group: Group, clocks: Clocks, moving
         (u,) = core
         quadratic = [rest[0].get(m, ZERO) for m in ((u, u), (u,), ())]
         quadratic.append(size_of_terms(quadratic[2]))
-        roots = quadratic_roots(sign_of(number), *quadratic)
+        roots = quadratic_roots(branch_sign_symbol(number), *quadratic)
         return _quadratic_block(making, QuadraticShape.POLYNOMIAL, core, explicit, roots)
     if len(core) == 2:
         outputs = line_and_conic(rest, core)
         if outputs is not None:
-            roots = line_conic_roots(sign_of(number), outputs[:3], outputs[3:])
+            roots = line_conic_roots(branch_sign_symbol(number), outputs[:3], outputs[3:])
             return _quadratic_block(making, QuadraticShape.DYAD, core, explicit, roots)
     # not the expanded polynomials: as compositions the residuals are shorter, and so are their derivatives
     memo: dict[Expr, Expr] = {symbol(unknown): expr for unknown, expr in explicit}
@@ -153,12 +153,12 @@ def dense_block(system: System, group: Group, clocks: Clocks) -> Newton | Free:
     """All of ``group`` as one block in all of its unknowns, a row for each equation: for looking at it, not for solving
     a path.
     """
-    making = _Making(0, system, group, clocks, set())
+    making = _BlockMaking(0, system, group, clocks, set())
     rows = _stated_rows(system, group)
     return _small_free_block(making, rows) if group.free else _newton_block(making, rows)
 
 
-def _general_block(making: _Making) -> Block:
+def _general_block(making: _BlockMaking) -> Block:
     """A block with equations that are no polynomials: an unknown alone on a side is assigned, else Newton."""
     system, group = making.system, making.group
     if len(group.unknowns) == 1 and len(group.equations) == 1:
@@ -174,7 +174,7 @@ def _general_block(making: _Making) -> Block:
     return _newton_block(making, _stated_rows(system, group))
 
 
-def _assigned(making: _Making, residual: Expr) -> Assign | None:
+def _assigned(making: _BlockMaking, residual: Expr) -> Assign | None:
     """The block of one unknown that ``residual`` gives as it stands (its slope is a constant), or None."""
     (unknown,) = making.group.unknowns
     linear = affine(residual, unknown)
@@ -184,13 +184,13 @@ def _assigned(making: _Making, residual: Expr) -> Assign | None:
     return _assign_block(making, (), [(unknown, div(neg(rest), slope))])
 
 
-def _assign_block(making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]]) -> Assign:
+def _assign_block(making: _BlockMaking, core: tuple[int, ...], explicit: list[tuple[int, Expr]]) -> Assign:
     partial = any(expr.occurring & Occurring.PARTIAL for _, expr in explicit)
     return Assign(**making.common(core, explicit, []), formulas=tuple(explicit), partial=partial)
 
 
 def _linear_block(
-    making: _Making, core: tuple[int, ...], explicit: list[tuple[int, Expr]], outputs: list[Expr]
+    making: _BlockMaking, core: tuple[int, ...], explicit: list[tuple[int, Expr]], outputs: list[Expr]
 ) -> Linear:
     return Linear(
         **making.common(core, explicit, outputs), system=compiled(outputs, making.clocks), entries=tuple(outputs)
@@ -198,7 +198,7 @@ def _linear_block(
 
 
 def _quadratic_block(
-    making: _Making, shape: QuadraticShape, core: tuple[int, ...], explicit: list[tuple[int, Expr]], roots: Roots
+    making: _BlockMaking, shape: QuadraticShape, core: tuple[int, ...], explicit: list[tuple[int, Expr]], roots: Roots
 ) -> Quadratic:
     """A block whose core is given by ``roots``."""
     outputs = [roots.margin, *roots.values]
@@ -232,11 +232,11 @@ def _row(equation: Equation, inside: set[int]) -> Expr:
     is found here is taken as it was stated: else two points that become one would seem to solve it.
     """
     if equation.original is not None and equation.length is not None and symbol_numbers(equation.length) & inside:
-        return equation.original if equation.length.op == "sqrt" else but_for_turns(equation.original)
-    return equation.among_others
+        return equation.original if equation.length.op == "sqrt" else modulo_turns(equation.original)
+    return equation.simultaneous_residual
 
 
-def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:
+def _newton_fields(making: _BlockMaking, rows: _Rows, explicit: Sequence[tuple[int, Expr]]) -> dict[str, Any]:
     found = [part for part in zip(*slopes_of(rows.residuals, rows.core), strict=True) if part[1].value != 0.0]
     slopes = [slope for _, slope in found]
     return {
@@ -250,25 +250,25 @@ def _newton_fields(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, E
     }
 
 
-def _newton_block(making: _Making, rows: _Rows, explicit: Sequence[tuple[int, Expr]] = ()) -> Newton:
+def _newton_block(making: _BlockMaking, rows: _Rows, explicit: Sequence[tuple[int, Expr]] = ()) -> Newton:
     return Newton(**_newton_fields(making, rows, explicit))
 
 
-def _small_free_block(making: _Making, rows: _Rows) -> Free:
+def _small_free_block(making: _BlockMaking, rows: _Rows) -> Free:
     from movimentum.planning.structure.metric import anchor_metric
 
     fields = _newton_fields(making, rows, [])
     return _with_metric(making, fields, anchor_metric(making.system, rows.core))
 
 
-def _with_metric(making: _Making, fields: dict[str, Any], metric: Metric) -> Free:
+def _with_metric(making: _BlockMaking, fields: dict[str, Any], metric: Metric) -> Free:
     known = set(metric.coupled) - set(fields["unknowns"])
     fields["inputs"] |= known
     fields["moving"] |= bool(making.moving & known)
     return Free(**fields, metric=metric)
 
 
-def _free_block(making: _Making, size: float) -> Free:
+def _free_block(making: _BlockMaking, size: float) -> Free:
     """A block with freedom left; a large one in fewer unknowns, and with its rows by their terms."""
     from movimentum.planning.structure.linear_rows import code_of, reduced_rows, sparse_rows
     from movimentum.planning.structure.metric import anchor_metric
@@ -276,7 +276,7 @@ def _free_block(making: _Making, size: float) -> Free:
     system, group = making.system, making.group
     if (
         group.pushed
-        or len(group.unknowns) <= DENSE
+        or len(group.unknowns) <= LARGEST_DENSE_BLOCK
         or any(system.equations[e].form is not Form.PLAIN for e in group.equations)
     ):
         return _small_free_block(making, _stated_rows(system, group))
@@ -300,7 +300,7 @@ def _free_block(making: _Making, size: float) -> Free:
     return _with_metric(making, fields, anchor_metric(system, core, linear))
 
 
-def _special_block(making: _Making) -> Winding | Integral:
+def _special_block(making: _BlockMaking) -> Winding | Integral:
     equation = making.system.equations[making.group.equations[0]]
     unknowns = making.group.unknowns
     if equation.form is Form.WINDING:
@@ -312,7 +312,7 @@ def _special_block(making: _Making) -> Winding | Integral:
     return Integral(**fields, integrand=compiled([equation.integrand], making.clocks))
 
 
-def _ode_block(making: _Making) -> Ode:
+def _ode_block(making: _BlockMaking) -> Ode:
     """A block whose integrals depend on what they drive: x = 10 - .i(x)."""
     system, group = making.system, making.group
     integrals = [system.equations[e] for e in group.equations if system.equations[e].form is Form.INTEGRAL]
@@ -331,7 +331,7 @@ def _ode_block(making: _Making) -> Ode:
     if group.free:
         algebraic = _small_free_block(inner, _stated_rows(system, inner.group))
     else:
-        explicit, rows = _without_assigned(inner)
+        explicit, rows = _split_assigned(inner)
         algebraic = _newton_block(inner, rows, explicit)
         values = {symbol(n): expr for n, expr in explicit}
         integrands = [substitute(integrand, values.get) for integrand in integrands]
@@ -353,7 +353,7 @@ def _ode_block(making: _Making) -> Ode:
     )
 
 
-def _without_assigned(making: _Making) -> tuple[list[tuple[int, Expr]], _Rows]:
+def _split_assigned(making: _BlockMaking) -> tuple[list[tuple[int, Expr]], _Rows]:
     """The unknowns of a group that equations give one after the other (as formulas of what is not in the group), and
     the rows that are left.
     """

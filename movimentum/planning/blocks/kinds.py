@@ -185,12 +185,12 @@ class Ode(BlockBase):
 class Velocity(BlockBase):
     """Rates of what moves freely, by the law that moves it: its velocity, or (``order`` 2) its acceleration.
 
-    ``law`` is the number of the free block, ``behind`` are those of the blocks whose own rates are needed for that, in
-    order, ``law`` the last of them.
+    ``law`` is the number of the free block, ``upstream`` are those of the blocks whose own rates are needed for that,
+    in order, ``law`` the last of them.
     """
 
     law: int
-    behind: tuple[int, ...]
+    upstream: tuple[int, ...]
     order: int
 
     @property

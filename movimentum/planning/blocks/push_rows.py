@@ -49,7 +49,7 @@ class PushRows:
     their constraints.
 
     Those in ``gaps`` are about outlines: what is added to each distance. Those in ``rates`` say how fast the value must
-    grow at least; ``wanted``: compiled; that rate, 0 for others. Of the rates, ``clutches`` are always 0.
+    grow at least; ``least_rates``: compiled; that rate, 0 for others. Of the rates, ``clutches`` are always 0.
     """
 
     count: int
@@ -61,7 +61,7 @@ class PushRows:
     numbers: tuple[int, ...]
     gaps: tuple[GapRow, ...]
     rates: frozenset[int]
-    wanted: Compiled
+    least_rates: Compiled
     clutches: frozenset[int]
 
 

@@ -34,7 +34,7 @@ from movimentum.records import dataclass
 from movimentum.tolerances import PROPORTIONAL, ROUND
 
 
-def eliminated_linear(
+def eliminate_linear(
     system: System, forms: list[Polynomial], inside: set[int], size: float
 ) -> tuple[list[tuple[int, Polynomial]], list[tuple[int, Polynomial]]]:
     """Gaussian elimination of what is linear with a constant pivot: ``(unknown, polynomial that gives it)`` in order,
@@ -69,7 +69,7 @@ def eliminated_linear(
         eliminated.append((unknown, given))
 
 
-def back_substituted(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
+def back_substitute(eliminated: list[tuple[int, Polynomial]]) -> list[tuple[int, Expr]]:
     """The eliminated unknowns as expressions of the core and the inputs."""
     memo: dict[Expr, Expr] = {}
     result: list[tuple[int, Expr]] = []
@@ -92,7 +92,7 @@ def size_of_terms(expr: Expr) -> Expr:
     return total
 
 
-def divided_by(roots: Sequence[Expr], inside: set[int]) -> list[Expr]:
+def divisors_of(roots: Sequence[Expr], inside: set[int]) -> list[Expr]:
     """What ``roots`` divide by, where that varies and the unknowns ``inside`` have no part in it."""
     found: dict[Expr, None] = {}  # a dict for its order
     for node in walk(*(root for root in roots if root.occurring & Occurring.DIVISION)):
@@ -183,7 +183,7 @@ def line_and_conic(forms: Sequence[Polynomial], core: tuple[int, int] | tuple[in
     ]
 
 
-def sign_of(block: int) -> Expr:
+def branch_sign_symbol(block: int) -> Expr:
     """Stands for the branch of block number ``block``, +1 or -1."""
     return Expr("sign", (), block)
 

@@ -10,7 +10,7 @@ from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.planning.structure.decompose import Group
-from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.planning.structure.rates import RateError, RateProblem, reader_of
 from movimentum.records import dataclass
 
 
@@ -23,14 +23,14 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
     law = blocks[owner[of]]
     trouble = None
     if not isinstance(law, Free):
-        trouble = RateTrouble.FLOWING
+        trouble = RateProblem.FLOWING
     elif isinstance(law, Pushing) and order > 1:
-        trouble = RateTrouble.PUSHED
+        trouble = RateProblem.PUSHED
     elif law.moving and order > law.highest_rate:
-        trouble = RateTrouble.HIGHER
+        trouble = RateProblem.HIGHER
     if trouble is not None:
         raise RateError(trouble, reader_of(system, set(group.unknowns)), system.unknowns[of].thing)
-    behind = blocks_behind(system, blocks, owner, [of])
+    behind = rate_blocks_of(system, blocks, owner, [of])
     return Velocity(
         number=number,
         unknowns=group.unknowns,
@@ -39,31 +39,31 @@ def velocity_block(number: int, system: System, group: Group, blocks: Sequence[B
         inputs=frozenset(n for other in behind for n in blocks[other].unknowns),
         moving=law.moving,
         law=law.number,
-        behind=behind,
+        upstream=behind,
         order=order,
     )
 
 
-def look_for_demands(
+def refuse_demanded_rates(
     system: System, blocks: Sequence[Block], owner: Mapping[int, int], unknowns: Iterable[int], constraint: int | None
 ) -> None:
     """Raise `RateError` where the velocity of a free motion is among what ``unknowns``, which ``constraint`` demands
     something of, follow from. ``owner``: the number of the block that finds each unknown.
     """
-    for number in blocks_behind(system, blocks, owner, unknowns):
+    for number in rate_blocks_of(system, blocks, owner, unknowns):
         block = blocks[number]
         if isinstance(block, Velocity):
             thing = system.unknowns[system.differentiated(block.unknowns[0])[0]].thing
-            raise RateError(RateTrouble.DEMANDED, constraint, thing)
+            raise RateError(RateProblem.DEMANDED, constraint, thing)
 
 
-def look_for_wished_rates(system: System, blocks: Sequence[Block]) -> None:
+def refuse_wished_rates(system: System, blocks: Sequence[Block]) -> None:
     """Raise `RateError` where a wish is about the velocity of a free motion, and about nothing that it could draw."""
     owner = {n: block.number for block in blocks for n in block.unknowns}
     for wish in system.wishes:
         about = [n for n in wish.about if n in owner]
         if not any(isinstance(system.unknowns[n].payload, PosePart) or blocks[owner[n]].free for n in about):
-            look_for_demands(system, blocks, owner, about, wish.constraint)
+            refuse_demanded_rates(system, blocks, owner, about, wish.constraint)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,13 +87,13 @@ def rows_of(system: System, block: BlockBase) -> BlockRows:
     )
 
 
-def blocks_before(system: System, owner: Mapping[int, int], block: Block) -> set[int]:
+def rate_blocks_before(system: System, owner: Mapping[int, int], block: Block) -> set[int]:
     """The numbers of the blocks whose rates those of ``block`` depend on at once, and its own."""
     stated = {n for e in block.equations for n in system.equations[e].unknowns}
     return {owner[n] for n in stated | block.inputs if n in owner}
 
 
-def blocks_behind(
+def rate_blocks_of(
     system: System, blocks: Sequence[Block], owner: Mapping[int, int], unknowns: Iterable[int]
 ) -> tuple[int, ...]:
     """The numbers of the blocks that the rates of ``unknowns`` depend on, in order. ``owner``: the number of the block
@@ -105,5 +105,5 @@ def blocks_behind(
         number = stack.pop()
         if number not in seen:
             seen.add(number)
-            stack += blocks_before(system, owner, blocks[number])
+            stack += rate_blocks_before(system, owner, blocks[number])
     return tuple(sorted(seen))

@@ -14,12 +14,12 @@ from movimentum.planning.lowering.equations import Form, System, Wish
 from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, PoseX, PoseY, symbol_numbers
 from movimentum.planning.structure.decompose import Group
 from movimentum.planning.structure.graph import strong_components
-from movimentum.planning.structure.rates import RateError, RateTrouble, reader_of
+from movimentum.planning.structure.rates import RateError, RateProblem, reader_of
 from movimentum.records import replace
 from movimentum.scene.model import ThingAngle
 
 
-def by_directions(system: System, driven: frozenset[int], expr: Expr) -> Expr:
+def with_directions(system: System, driven: frozenset[int], expr: Expr) -> Expr:
     """``expr``, in which angles of things that are not ``driven`` are taken from their directions, which move first.
 
     A direction knows no full turns: an angle that stands alone in ``expr`` is meant modulo 360 then.
@@ -42,13 +42,13 @@ def by_directions(system: System, driven: frozenset[int], expr: Expr) -> Expr:
     return sub(call("mod", add(turned, half), const(360.0)), half) if alone else turned
 
 
-def rewritten(wish: Wish, rewrite: Callable[[Expr], Expr]) -> Wish:
+def rewritten_wish(wish: Wish, rewrite: Callable[[Expr], Expr]) -> Wish:
     """``wish`` in other unknowns: ``rewrite`` does it for an expression."""
     about = symbol_numbers(*(rewrite(symbol(n)) for n in wish.about))
     return replace(wish, errors=tuple(map(rewrite, wish.errors)), about=frozenset(about))
 
 
-def measured(system: System, groups: Iterable[Group]) -> dict[Expr, Expr]:
+def dependent_formulas(system: System, groups: Iterable[Group]) -> dict[Expr, Expr]:
     """What hangs from free motion without a say in it (``h = Rod.B.y;``), in terms of the unknowns that have one."""
     memo: dict[Expr, Expr] = {}
     loose: set[int] = set()
@@ -66,12 +66,12 @@ def measured(system: System, groups: Iterable[Group]) -> dict[Expr, Expr]:
     return memo
 
 
-def in_what_moves(system: System, driven: frozenset[int], measured: Mapping[Expr, Expr], expr: Expr) -> Expr:
-    """``expr`` without what is ``measured`` (see there), and `by_directions`."""
-    return by_directions(system, driven, substitute(expr, lambda _: None, dict(measured)))
+def independent_form(system: System, driven: frozenset[int], measured: Mapping[Expr, Expr], expr: Expr) -> Expr:
+    """``expr`` without what is ``measured`` (see there), and `with_directions`."""
+    return with_directions(system, driven, substitute(expr, lambda _: None, dict(measured)))
 
 
-def ordered(groups: Sequence[Group], system: System) -> list[Group]:
+def ordered_groups(groups: Sequence[Group], system: System) -> list[Group]:
     """``groups`` in an order in which a wish's target is found before what it draws, and a free motion before its
     velocity.
 
@@ -80,16 +80,16 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
     """
     joined = False
     if system.pushes or system.pulls:
-        from movimentum.planning.blocks.pushed import with_pushed  # few scripts need that module
+        from movimentum.planning.blocks.pushed_groups import with_pushed_groups  # few scripts need that module
 
-        groups, joined = with_pushed(groups, system)
+        groups, joined = with_pushed_groups(groups, system)
     of = {n: i for i, group in enumerate(groups) for n in group.unknowns}
     depends = [{of[n] for e in group.equations for n in system.equations[e].unknowns if n in of} for group in groups]
     for i, group in enumerate(groups):
         if group.pushed:
-            from movimentum.planning.blocks.pushed import read_by
+            from movimentum.planning.blocks.pushed_groups import unknowns_read_by
 
-            depends[i] |= {of[n] for n in read_by(group, system) if n in of} - {i}
+            depends[i] |= {of[n] for n in unknowns_read_by(group, system) if n in of} - {i}
     for i, group in enumerate(groups):  # what moves freely moves least, so it has to know how its things turn
         for n in group.unknowns if group.free else ():
             payload = system.unknowns[n].payload
@@ -111,7 +111,7 @@ def ordered(groups: Sequence[Group], system: System) -> list[Group]:
         if len(component) > 1 and any(rates[i] for i in component):
             fed = {n for i in component if rates[i] for n in groups[i].unknowns}
             thing = system.unknowns[system.differentiated(min(fed))[0]].thing
-            raise RateError(RateTrouble.FED_BACK, reader_of(system, fed), thing)
+            raise RateError(RateProblem.FED_BACK, reader_of(system, fed), thing)
         together = [groups[i] for i in component if groups[i].free]
         if together:
             members = tuple(sorted(n for group in together for n in group.unknowns))

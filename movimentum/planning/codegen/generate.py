@@ -15,11 +15,11 @@ from collections.abc import Hashable, Iterable, Sequence
 from fractions import Fraction
 
 from movimentum.expressions import Expr, walk
-from movimentum.planning.codegen.writing import TWO, CodeShape, Compiled, Place, Product, written
+from movimentum.planning.codegen.writing import TWO, CodeShape, Compiled, Place, Product, code_for
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.tolerances import MODERATE
 
-HELD = frozenset({"table", "nearest", "nearest-turned"})
+PARAMETER_OPERATIONS = frozenset({"table", "nearest", "nearest-turned"})
 """Operations with something that belongs to them: code takes it as a parameter."""
 
 
@@ -62,7 +62,7 @@ class Flattening:
                 if node not in value_of:
                     value_of[node] = len(instructions)
                     if node.args:
-                        payload = self.place("table", node.payload) if node.op in HELD else node.payload
+                        payload = self.place("table", node.payload) if node.op in PARAMETER_OPERATIONS else node.payload
                         instructions.append((node.op, payload, *[value_of[arg] for arg in node.args]))
                     else:
                         instructions.append(self._leaf(node))
@@ -92,7 +92,7 @@ class Flattening:
         """The function of what has been taken apart so far; see `CodeShape`."""
         moderate = all(MODERATE < size < 1.0 / MODERATE or size == 0.0 for size in self.magnitudes)
         shape = CodeShape(tuple(self._instructions), moderate, tuple(results), tuple(stored), whole)
-        make, parameters = written(shape)
+        make, parameters = code_for(shape)
         return make(*[self._parameter(each) for each in parameters])
 
     def _leaf(self, node: Expr) -> tuple[object, ...]:

@@ -88,7 +88,7 @@ class _CodeWriter:
         else:
             tail.append(" return None")
         signature = "u, k, g=1.0" if shape.whole else "u, k, g"
-        code = "\n".join([f" def f({signature}):", *(f" {line}" for line in [*_tidied(self._lines, tail), *tail])])
+        code = "\n".join([f" def f({signature}):", *(f" {line}" for line in [*_tidy(self._lines, tail), *tail])])
         found: list[Place | Product] = []
         name_of: dict[str, str] = {}
 
@@ -234,11 +234,11 @@ def _negative(text: str) -> str:
 
 _LOCAL = re.compile(r"\b(?:t|sa|ca)\d+\b")
 _TOKEN = re.compile(r"\b[ci]\d{5,}\b")
-LONGEST = 120
+LONGEST_EXPRESSION = 120
 """Characters of an expression that is written where it is used."""
 
 
-def _tidied(lines: Sequence[tuple[tuple[str, ...], str]], tail: Sequence[str]) -> list[str]:
+def _tidy(lines: Sequence[tuple[tuple[str, ...], str]], tail: Sequence[str]) -> list[str]:
     """Assignments without what ``tail`` does not need, what is used once written where it is used, and what is used no
     more deleted: the buffers of a few thousand frames stay in the processor's cache only if they are given back early.
     """
@@ -267,7 +267,7 @@ def _tidied(lines: Sequence[tuple[tuple[str, ...], str]], tail: Sequence[str]) -
             if held is None:
                 continue
             length += len(held)
-            if length > LONGEST:
+            if length > LONGEST_EXPRESSION:
                 written.append((name, held))
             else:
                 chosen[name] = f"({held})"
@@ -290,18 +290,18 @@ def _tidied(lines: Sequence[tuple[tuple[str, ...], str]], tail: Sequence[str]) -
     return result
 
 
-KEPT = 4096
+SHAPES_KEPT = 4096
 """Shapes whose compiled code is kept."""
 
 
-@lru_cache(maxsize=KEPT)
-def written(shape: CodeShape) -> tuple[Callable[..., Compiled], tuple[Place | Product, ...]]:
+@lru_cache(maxsize=SHAPES_KEPT)
+def code_for(shape: CodeShape) -> tuple[Callable[..., Compiled], tuple[Place | Product, ...]]:
     """The function that makes the function of a shape, and the parameters to give it."""
     source, parameters = _CodeWriter(shape).source()
     return _factory(source), parameters
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=SHAPES_KEPT)
 def _factory(source: str) -> Callable[..., Compiled]:
     """The function ``make`` that ``source`` defines: from a structure's parameters to its function."""
     scope: dict[str, Any] = {**NAMESPACE}

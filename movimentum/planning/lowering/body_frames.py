@@ -87,11 +87,11 @@ def stated_point(thing: Thing, local: Point) -> Vector:
     )
 
 
-KnownFrames = dict[tuple[int, int, tuple[int, ...]], BodyFrame]
+FrameCache = dict[tuple[int, int, tuple[int, ...]], BodyFrame]
 """Frames of one scene's things that were found before: by thing, anchor at the origin, and anchors to turn towards."""
 
 
-def body_frames(scene: Scene, segment: Segment, known: KnownFrames) -> dict[int, BodyFrame]:
+def body_frames(scene: Scene, segment: Segment, known: FrameCache) -> dict[int, BodyFrame]:
     """Each thing's frame: its origin is an anchor that an equation names on its own, so that the pose is as sparse as
     the script, its x axis goes through the next anchor that an equation names.
 
@@ -152,7 +152,7 @@ def _frame(thing: Thing, origin: int, named: Iterable[int]) -> BodyFrame:
     return BodyFrame(place, (1.0, 0.0), stated)
 
 
-FAR = 1e3
+FAR_FROM_ORIGIN = 1e3
 """How many sizes of its largest thing a scene may lie from the world's origin before it is shifted there."""
 
 
@@ -182,10 +182,10 @@ def scene_shift(scene: Scene) -> tuple[float, float]:
         ),
         default=0.0,
     ) or max(max(p[axis] for p in points) - min(p[axis] for p in points) for axis in (0, 1))
-    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR * extent else (0.0, 0.0)
+    return (x, y) if extent > 0.0 and max(abs(x), abs(y)) > FAR_FROM_ORIGIN * extent else (0.0, 0.0)
 
 
-def gathered(root: Expr) -> Expr:
+def with_constants_gathered(root: Expr) -> Expr:
     """``root`` with the constants of each sum added up, so that a shift cancels before it is added to anything:
     ``(x + S) + l cos(a) - (S + 60)`` is ``x + l cos(a) - 60``, whose rounding knows nothing of S.
     """

@@ -25,9 +25,14 @@ from movimentum.expressions import (
     symbols,
 )
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.body_frames import BodyFrame, gathered
-from movimentum.planning.lowering.calculus import FOUND_ANEW, differentiate
-from movimentum.planning.lowering.contacts import face_contacts, followed, pin, places_held
+from movimentum.planning.lowering.body_frames import BodyFrame, with_constants_gathered
+from movimentum.planning.lowering.calculus import SEARCHED_OPERATIONS, differentiate
+from movimentum.planning.lowering.contacts import (
+    contact_places_of,
+    followed_place,
+    pin_point,
+    register_contact_directions,
+)
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, Pull, Push, Wish
 from movimentum.planning.lowering.polynomial import Polynomial, along_line, angle_rows, cancelled, squared
 from movimentum.planning.lowering.unknowns import (
@@ -85,7 +90,7 @@ class SystemBuilder:
         self.frames = frames
         self.shift = shift
         self.memo: dict[Expr, Expr] = {}
-        self.touching = places_held(segment.active)
+        self.touching = contact_places_of(segment.active)
         self.pinned = frozenset(item.pin for item in segment.active if item.pin is not None)
         self.constraint: Constraint | None = None
         self.integrals = 0
@@ -121,7 +126,7 @@ class SystemBuilder:
         return self._gathered(substitute(expr, self._leaf, self.memo))
 
     def _gathered(self, lowered: Expr) -> Expr:
-        return lowered if self.shift == (0.0, 0.0) else gathered(lowered)
+        return lowered if self.shift == (0.0, 0.0) else with_constants_gathered(lowered)
 
     def difference(self, left: Expr, right: Expr) -> Expr:
         """Two lowered expressions' difference."""
@@ -132,8 +137,8 @@ class SystemBuilder:
             return self._integral(node)
         if node.op == "derivative":
             return self.total_derivative(self.memo[node.args[0]])
-        if node.op in FOUND_ANEW:
-            return followed(self, node)
+        if node.op in SEARCHED_OPERATIONS:
+            return followed_place(self, node)
         if node.op != "symbol":
             return None
         payload = node.payload
@@ -294,9 +299,9 @@ class SystemBuilder:
         self.constraint = constraint
         self.memo = {}  # integrals belong to their constraint
         if constraint.touches:
-            face_contacts(self, constraint)
+            register_contact_directions(self, constraint)
         if constraint.pin is not None:
-            pin(self, constraint)
+            pin_point(self, constraint)
             self.constraint = None
             return
         if constraint.pushes:

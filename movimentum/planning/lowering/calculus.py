@@ -76,7 +76,7 @@ def rounded(root: Expr) -> Expr:
     return memo[root]
 
 
-FOUND_ANEW = ("nearest", "nearest-turned")
+SEARCHED_OPERATIONS = ("nearest", "nearest-turned")
 PHASE_OF_A_ROW = 30.0
 """Degrees: what the rows of a table count as where nodes are so close that no turn of a driving angle is missed."""
 
@@ -86,7 +86,7 @@ def phases_of(node: Expr) -> tuple[Expr, ...]:
     of outlines that are found anew are no such thing: they jump, and nothing is missed between.
     """
     match node.op:
-        case "sind" | "cosd" | "tand" | "table" if any(each.op in FOUND_ANEW for each in walk(*node.args)):
+        case "sind" | "cosd" | "tand" | "table" if any(each.op in SEARCHED_OPERATIONS for each in walk(*node.args)):
             return ()
         case "sind" | "cosd" | "tand":
             return node.args

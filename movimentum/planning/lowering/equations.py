@@ -29,7 +29,7 @@ from movimentum.scene.model import GapSide, Scene, ThingAngle, Toward
 from movimentum.timeline.model import Segment
 
 
-def but_for_turns(angle: Expr) -> Expr:
+def modulo_turns(angle: Expr) -> Expr:
     """An angle brought near 0 by whole turns."""
     half = const(180.0)
     return sub(call("mod", add(angle, half), const(360.0)), half)
@@ -70,11 +70,11 @@ class Equation:
     length: Expr | None = None
 
     @property
-    def among_others(self) -> Expr:
+    def simultaneous_residual(self) -> Expr:
         """The residual where it is solved together with others: a continuous angle is a direction but for whole turns;
         where the direction passes 180 degrees, nothing jumps.
         """
-        return but_for_turns(self.residual) if self.form is Form.WINDING else self.residual
+        return modulo_turns(self.residual) if self.form is Form.WINDING else self.residual
 
     @property
     def stated(self) -> Expr | None:

@@ -22,7 +22,7 @@ from movimentum.expressions import (
     symbol,
 )
 from movimentum.planning.lowering import polynomial as poly
-from movimentum.planning.lowering.body_frames import DRAWN, KnownFrames, body_frames, scene_shift
+from movimentum.planning.lowering.body_frames import DRAWN, FrameCache, body_frames, scene_shift
 from movimentum.planning.lowering.builder import Forms, SystemBuilder, can_be_seen_turning
 from movimentum.planning.lowering.calculus import affine
 from movimentum.planning.lowering.equations import Equation, Form, Inequality, System
@@ -41,7 +41,7 @@ from movimentum.timeline.model import Segment
 
 
 def build_system(
-    scene: Scene, segment: Segment, known: KnownFrames, *, rolling: bool = False, forms: Forms | None = None
+    scene: Scene, segment: Segment, known: FrameCache, *, rolling: bool = False, forms: Forms | None = None
 ) -> System:
     """Lower a segment's active constraints; rigid equations and the bookkeeping of angles follow in `with_rigidity`.
 

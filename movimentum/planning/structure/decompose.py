@@ -51,7 +51,7 @@ def decompose(
     equations = sorted(system.equations, key=lambda e: (e.priority, len(e.unknowns), e.number))
     held: list[Group] = []
     if merged:
-        held, equations = _held_together(system, equations, merged)
+        held, equations = _merged_groups(system, equations, merged)
     taken = known.union(*(group.unknowns for group in held))
     uses = [0] * len(system.unknowns)
     for equation in equations:
@@ -65,16 +65,16 @@ def decompose(
     users: list[list[int]] = [[] for _ in system.unknowns]
     for i, equation in enumerate(equations):
         if of_row[i] >= 0:
-            for n in _tied(equation):
+            for n in _tied_unknowns(equation):
                 users[n].append(of_row[i])
     free_columns = reachable(open_columns, users)
     _give_variables_their_rows(system, equations, (of_row, of_column), free_columns)
-    hanging = _hanging(system, equations, of_column, free_columns)
+    hanging = _dependent_columns(system, equations, of_column, free_columns)
     free_columns -= hanging
     depends: list[list[int]] = [[] for _ in system.unknowns]
     for n, row in enumerate(of_column):
         if row >= 0:
-            depends[n] = sorted(_tied(equations[row]) - {n})
+            depends[n] = sorted(_tied_unknowns(equations[row]) - {n})
     # held groups stand for one node each: tie their unknowns into a cycle
     for group in held:
         members = group.unknowns
@@ -97,9 +97,9 @@ def decompose(
     return Decomposition((*result, *after), tuple(sorted(checks)))
 
 
-def _tied(equation: Equation) -> frozenset[int]:
+def _tied_unknowns(equation: Equation) -> frozenset[int]:
     """The unknowns that an equation may leave as free as others of them are: a velocity is given by a law, however free
-    the motion is (what has to come first, `blocks.wishes.ordered` sees to).
+    the motion is (what has to come first, `blocks.wishes.ordered_groups` sees to).
     """
     return frozenset(equation.targets) if equation.form is Form.VELOCITY else equation.unknowns
 
@@ -127,7 +127,7 @@ def _give_variables_their_rows(
             n = stack.pop()
             for i in rows_of.get(n, ()):
                 owner = of_row[i]
-                if owner not in came and _gives(equations[i], n):
+                if owner not in came and _determines(equations[i], n):
                     came[owner] = n, i
                     if owner in pose:
                         end = owner
@@ -140,7 +140,7 @@ def _give_variables_their_rows(
                 of_column[end], of_row[row] = row, end
 
 
-def _hanging(system: System, equations: list[Equation], of_column: list[int], columns: set[int]) -> set[int]:
+def _dependent_columns(system: System, equations: list[Equation], of_column: list[int], columns: set[int]) -> set[int]:
     """Those of the free ``columns`` that only hang from the others: no part of a pose, each given by its own equation.
 
     They move no anchor, so they have no say in how a free motion goes, and are found after it.
@@ -158,7 +158,7 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
         for n in sorted(left):
             if of_column[n] >= 0 and not isinstance(system.unknowns[n].payload, PosePart):
                 row = equations[of_column[n]]
-                if row.targets == (n,) or ((users[n] & left) <= {n} and _gives(row, n)):
+                if row.targets == (n,) or ((users[n] & left) <= {n} and _determines(row, n)):
                     left.discard(n)
                     hanging.add(n)
                     progress = True
@@ -171,21 +171,21 @@ def _hanging(system: System, equations: list[Equation], of_column: list[int], co
         left |= bad
 
 
-def _gives(equation: Equation, unknown: int) -> bool:
+def _determines(equation: Equation, unknown: int) -> bool:
     if equation.polynomial is not None and max(m.count(unknown) for m in equation.polynomial) == 1:
         return True
     linear = equation.solved_for(unknown)
     return linear is not None and linear[0].value is not None
 
 
-def _held_together(
+def _merged_groups(
     system: System, equations: list[Equation], merged: frozenset[int]
 ) -> tuple[list[Group], list[Equation]]:
     """Groups of what is connected to ``merged``, and the equations that are left."""
     links: list[tuple[int, int]] = []
     rates = {unknown.number for unknown in system.unknowns if isinstance(unknown.payload, Rate)}
     # what only measures is found afterwards
-    plain = [e for e in _without_measures(system, equations) if not e.targets or not rates.issuperset(e.targets)]
+    plain = [e for e in _without_idle_equations(system, equations) if not e.targets or not rates.issuperset(e.targets)]
     for equation in plain:
         members = sorted(equation.unknowns - rates)
         links.extend((members[0], other) for other in members[1:])
@@ -204,7 +204,7 @@ def _held_together(
     return held, [e for e in equations if e.number not in gone]
 
 
-def _without_measures(
+def _without_idle_equations(
     system: System, equations: list[Equation], *, keeping: type[ThingAngle] | None = None
 ) -> list[Equation]:
     """The equations without those that only give what no other equation reads and what is no part of a pose: an angle
@@ -223,7 +223,7 @@ def _without_measures(
             continue
         (number,) = users[n]
         equation = left[number]
-        if equation.targets != (n,) and not (n in equation.targets and _gives(equation, n)):
+        if equation.targets != (n,) and not (n in equation.targets and _determines(equation, n)):
             continue
         del left[number]
         for other in equation.unknowns:
@@ -284,14 +284,15 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
     fresh = set(range(len(full.unknowns)))
     while True:
         places = [place for n in sorted(fresh, reverse=True) for place in reversed(rows_of.get(n, ()))]
-        turned, given = _assigned(full, len(system.equations), rows_of, places, known)
+        turned, given = _assigned_angles(full, len(system.equations), rows_of, places, known)
         driven |= turned
         fresh |= given
         blocked -= given
         if not blocked or not fresh:
             break
         open_rows = [
-            [n for n in equation.targets if n not in known] for equation in _near(full, rows_of, known, blocked, fresh)
+            [n for n in equation.targets if n not in known]
+            for equation in _connected_equations(full, rows_of, known, blocked, fresh)
         ]
         found = _determined([row for row in open_rows if row])
         fresh = set(found)
@@ -306,11 +307,11 @@ def driven_angles(system: System, with_rigidity: Callable[[System, frozenset[int
                 fresh.add(angles[t])
                 blocked.discard(angles[t])
     undecided = {t for t in angles if t not in driven and t not in measured}
-    tied = {n for e in _without_measures(system, list(system.equations), keeping=ThingAngle) for n in e.unknowns}
+    tied = {n for e in _without_idle_equations(system, list(system.equations), keeping=ThingAngle) for n in e.unknowns}
     return frozenset(driven | {t for t in undecided if angles[t] in tied})
 
 
-def _assigned(
+def _assigned_angles(
     full: System, stated: int, rows_of: Mapping[int, Sequence[int]], places: Iterable[int], known: set[int]
 ) -> tuple[set[int], set[int]]:
     """The things whose angle is given by what is ``known``, and the unknowns that are: these are added to it, as one of
@@ -341,7 +342,7 @@ def _assigned(
     return driven, given
 
 
-def _near(
+def _connected_equations(
     system: System, rows_of: dict[int, list[int]], known: set[int], blocked: set[int], fresh: set[int]
 ) -> list[Equation]:
     """The equations connected with the unknowns ``fresh``, by unknowns that are not ``known``, without ``blocked``."""

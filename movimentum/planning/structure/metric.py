@@ -162,7 +162,7 @@ def metric_of(system: System, core: Sequence[int], points: Points, linear: Linea
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MetricAcross:
+class VariantMetrics:
     """`Metric` for V variants: ``dense`` (V, n, n), ``coupling`` (V, n, p); ``white``, ``scale`` and ``weighted``: see
     there, (V, n, n) and (V, n).
     """
@@ -175,7 +175,7 @@ class MetricAcross:
     weighted: NDArray[np.bool_]
 
     @staticmethod
-    def of(system: System, core: Sequence[int], local: Local, count: int) -> MetricAcross:
+    def of(system: System, core: Sequence[int], local: Local, count: int) -> VariantMetrics:
         """That of ``count`` variants, whose anchors are at ``local`` (numbers, or (V,))."""
         form, coupling, coupled = anchor_forms(system, core, anchors_of(system, local))
         n = len(core)
@@ -193,11 +193,11 @@ class MetricAcross:
         factor = np.asarray(np.linalg.inv(np.linalg.cholesky(dense)), dtype=np.float64)
         white = np.asarray(np.swapaxes(factor, 1, 2), dtype=np.float64)
         weighted = diagonal > 2.0 * UNWEIGHTED * np.max(diagonal, axis=1, keepdims=True)
-        return MetricAcross(dense, across, coupled, white, 1.0 / np.sqrt(diagonal), weighted)
+        return VariantMetrics(dense, across, coupled, white, 1.0 / np.sqrt(diagonal), weighted)
 
-    def at(self, who: NDArray[np.int64]) -> MetricAcross:
+    def at(self, who: NDArray[np.int64]) -> VariantMetrics:
         """That of some of the variants."""
-        return MetricAcross(
+        return VariantMetrics(
             self.dense[who], self.coupling[who], self.coupled, self.white[who], self.scale[who], self.weighted[who]
         )
 

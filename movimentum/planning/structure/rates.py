@@ -13,7 +13,7 @@ from movimentum.planning.structure.decompose import Decomposition, Group, decomp
 HIGHEST_RATE = 4
 
 
-class RateTrouble(StrEnum):
+class RateProblem(StrEnum):
     """Why a derivative cannot be determined.
 
     CYCLE: the equations of what it is a derivative of only say it with the derivative itself; FED_BACK: it is one of a
@@ -33,8 +33,8 @@ class RateTrouble(StrEnum):
 class RateError(Exception):
     """A derivative that nothing tells, the number of a constraint that asks for it, and the thing that moves freely."""
 
-    def __init__(self, trouble: RateTrouble, constraint: int | None, thing: int | None = None) -> None:
-        self.trouble, self.constraint, self.thing = trouble, constraint, thing
+    def __init__(self, trouble: RateProblem, constraint: int | None, thing: int | None = None) -> None:
+        self.problem, self.constraint, self.thing = trouble, constraint, thing
         super().__init__(f"an unknown derivative: {trouble}")
 
 
@@ -59,7 +59,7 @@ def with_needed_rates(base: System, merged: frozenset[int]) -> tuple[System, Dec
         if not order or group is None:
             continue
         if order > HIGHEST_RATE:
-            raise RateError(RateTrouble.CYCLE, reader_of(base, rates))
+            raise RateError(RateProblem.CYCLE, reader_of(base, rates))
         if group.free:
             laws.setdefault((group, order), []).append(place - 1)
             continue

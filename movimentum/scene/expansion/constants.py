@@ -31,7 +31,7 @@ from movimentum.syntax.expression_tree import (
     postorder,
 )
 from movimentum.syntax.tree import Text
-from movimentum.syntax.words import VECTOR_MEMBERS
+from movimentum.syntax.vocabulary import VECTOR_MEMBERS
 
 
 class Constants:

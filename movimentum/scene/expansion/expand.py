@@ -41,7 +41,7 @@ from movimentum.text import fraction_text
 
 
 @dataclass(slots=True)
-class _Said:
+class _StepStatement:
     """A statement and the step of its own text: its number there, None before the first step."""
 
     statement: Statement | ClaimStatement
@@ -54,7 +54,7 @@ class _Strand:
 
     scope: Scope
     steps: list[StepAt] = field(default_factory=list[StepAt])
-    said: list[_Said] = field(default_factory=list[_Said])
+    said: list[_StepStatement] = field(default_factory=list[_StepStatement])
 
 
 def expand(
@@ -178,7 +178,7 @@ class _Expansion:
                 case Statement() | ClaimStatement():
                     said = self._placed(self.writer.statement(item, scope), scope)
                     if said is not None:
-                        strand.said.append(_Said(said, len(strand.steps) - 1 if strand.steps else None))
+                        strand.said.append(_StepStatement(said, len(strand.steps) - 1 if strand.steps else None))
                 case FilmLoop():
                     self.film_loops.append((replace(item, span=scope.place(item.span)), len(strand.steps) - 1))
                 case ViewStatement():

@@ -100,7 +100,7 @@ def expr_of(constant: Constant) -> Expr:
 
 
 @dataclass(frozen=True, slots=True)
-class _Seen:
+class _PartView:
     """An expression of a part: if ``world``, it is a vector whose value in the part's frame is that of ``node`` minus
     ``weight`` times the place, turned back; otherwise its value is that of ``node``.
     """
@@ -150,7 +150,7 @@ class _Frame:
             return Vector(tuple(made), span=node.span)
         return Sum((node, offset), (Operator.PLUS if times > 0 else Operator.MINUS,), span=node.span)
 
-    def local(self, seen: _Seen) -> Expression:
+    def local(self, seen: _PartView) -> Expression:
         """The value in the part's frame."""
         if not seen.world:
             return seen.node
@@ -159,66 +159,66 @@ class _Frame:
             node = Rotate(node, stated(neg(self.placement.turned)), span=node.span)
         return _mirrored(node) if self.placement.mirrored else node
 
-    def carried(self, seen: _Seen) -> _Seen:
+    def carried(self, seen: _PartView) -> _PartView:
         """A vector of the part's frame as one of the world."""
         if seen.world or self.placement.only_moved:
-            return _Seen(seen.node, True, seen.weight)
+            return _PartView(seen.node, True, seen.weight)
         if _is_constant(seen.node):
             assert isinstance(seen.node, Vector)
             x, y = (_expr(part) for part in seen.node.components[:2])
             made = tuple(stated(part) for part in self.placement.directed(x, y))
-            return _Seen(Vector(made, span=seen.node.span), True)
+            return _PartView(Vector(made, span=seen.node.span), True)
         if isinstance(seen.node, Transition):
-            start, end = (self.carried(_Seen(part)).node for part in (seen.node.start, seen.node.end))
-            return _Seen(Transition(start, end, span=seen.node.span), True)
+            start, end = (self.carried(_PartView(part)).node for part in (seen.node.start, seen.node.end))
+            return _PartView(Transition(start, end, span=seen.node.span), True)
         node = _mirrored(seen.node) if self.placement.mirrored else seen.node
         if self.placement.turned != ZERO:
             node = Rotate(node, stated(self.placement.turned), span=node.span)
-        return _Seen(node, True)
+        return _PartView(node, True)
 
-    def seen(self, root: Expression) -> _Seen:
+    def seen(self, root: Expression) -> _PartView:
         """An expression as it is written in the part."""
-        done: dict[int, _Seen] = {}
+        done: dict[int, _PartView] = {}
         for node in postorder(root):
             done[id(node)] = self._seen(node, [done[id(child)] for child in children(node)])
         return done[id(root)]
 
-    def _seen(self, node: Expression, below: list[_Seen]) -> _Seen:
+    def _seen(self, node: Expression, below: list[_PartView]) -> _PartView:
         if self.is_anchor(node):
-            return _Seen(node, True, Fraction(1))
+            return _PartView(node, True, Fraction(1))
         if not any(each.world for each in below):
             plain = rebuilt(node, [each.node for each in below], node.span)
             turned_over = self.placement.mirrored and _is_angle(node)
-            return _Seen(Negate(plain, span=node.span) if turned_over else plain)
+            return _PartView(Negate(plain, span=node.span) if turned_over else plain)
         match node:
             case Sum():
                 return self._sum(node, [self.carried(each) for each in below])
             case Negate():
-                return _Seen(Negate(below[0].node, span=node.span), True, -below[0].weight)
+                return _PartView(Negate(below[0].node, span=node.span), True, -below[0].weight)
             case Product() if (weight := self._scaled(node, below)) is not None:
-                return _Seen(rebuilt(node, [each.node for each in below], node.span), True, weight)
+                return _PartView(rebuilt(node, [each.node for each in below], node.span), True, weight)
             case Rotate() if not below[0].weight:
                 turn = Negate(below[1].node) if self.placement.mirrored else below[1].node
-                return _Seen(Rotate(below[0].node, turn, span=node.span), True)
+                return _PartView(Rotate(below[0].node, turn, span=node.span), True)
             case Member(name="l" | "length"):
-                return _Seen(rebuilt(node, [self.moved(below[0].node, -below[0].weight)], node.span))
+                return _PartView(rebuilt(node, [self.moved(below[0].node, -below[0].weight)], node.span))
             case Call():
                 return self._call(node, below)
             case Transition():
                 start, end = (self.carried(each) for each in below)
                 if start.weight == end.weight:
-                    return _Seen(Transition(start.node, end.node, span=node.span), True, start.weight)
+                    return _PartView(Transition(start.node, end.node, span=node.span), True, start.weight)
             case _:
                 pass
-        return _Seen(rebuilt(node, [self.local(each) for each in below], node.span))
+        return _PartView(rebuilt(node, [self.local(each) for each in below], node.span))
 
-    def _sum(self, node: Sum, terms: list[_Seen]) -> _Seen:
+    def _sum(self, node: Sum, terms: list[_PartView]) -> _PartView:
         signs = (1, *(1 if sign is Operator.PLUS else -1 for sign in node.operators))
         weight = sum((sign * term.weight for sign, term in zip(signs, terms, strict=True)), Fraction(0))
-        return _Seen(rebuilt(node, [term.node for term in terms], node.span), True, weight)
+        return _PartView(rebuilt(node, [term.node for term in terms], node.span), True, weight)
 
     @staticmethod
-    def _scaled(node: Product, below: list[_Seen]) -> Fraction | None:
+    def _scaled(node: Product, below: list[_PartView]) -> Fraction | None:
         """The weight of a vector times scalars; None where the place would be multiplied by what is no number."""
         weight = next(each.weight for each in below if each.world)
         if not weight:
@@ -232,15 +232,15 @@ class _Frame:
             weight = weight * value if sign is Operator.TIMES else weight / value
         return weight
 
-    def _call(self, node: Call, below: list[_Seen]) -> _Seen:
+    def _call(self, node: Call, below: list[_PartView]) -> _PartView:
         whole = all(each.world for each in below) and len({each.weight for each in below}) == 1
         plain = rebuilt(node, [each.node for each in below], node.span)
         if node.function == "d" or (node.function == "i" and not below[0].weight):
-            return _Seen(plain, True)
+            return _PartView(plain, True)
         if whole and (node.function in _SYMMETRIC or (node.function == "a" and not below[0].weight)):
             turned_over = self.placement.mirrored and node.function != "along"
-            return _Seen(Negate(plain, span=node.span) if turned_over else plain)
-        return _Seen(rebuilt(node, [self.local(each) for each in below], node.span))
+            return _PartView(Negate(plain, span=node.span) if turned_over else plain)
+        return _PartView(rebuilt(node, [self.local(each) for each in below], node.span))
 
 
 def _is_angle(node: Expression) -> bool:

@@ -34,7 +34,7 @@ from movimentum.syntax.expression_tree import (
 )
 from movimentum.syntax.printer import expression_text
 from movimentum.syntax.tree import Text
-from movimentum.syntax.words import THING_MEMBERS
+from movimentum.syntax.vocabulary import THING_MEMBERS
 
 Made = Expression | Entry
 

@@ -29,7 +29,7 @@ from movimentum.syntax.tree import (
     TextField,
     ViewStatement,
 )
-from movimentum.things.options import OptionForm
+from movimentum.things.option_rules import OptionForm
 from movimentum.things.registry import kind_of
 
 VALUED = frozenset({"over", "while", "clip", "follows"})

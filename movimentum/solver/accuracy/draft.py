@@ -20,21 +20,21 @@ from movimentum.diagnostics import Diagnostic
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.solver.accuracy.notes import draft_note
-from movimentum.solver.assembly import placements
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece, evaluated
+from movimentum.solver.path.piece import Piece, evaluate_piece
+from movimentum.solver.pose_assembly import placements
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.timeline.model import Timeline
 
-THROUGH = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
+CUBIC_PLACES = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
 """Where in an interval a cubic meets the path."""
-BETWEEN = np.array([1.0, 3.0, 5.0]) / 6.0
+CHECK_PLACES = np.array([1.0, 3.0, 5.0]) / 6.0
 """Where it is compared with it."""
-MARGIN = 2.0
+ERROR_MARGIN = 2.0
 """The largest difference lies between those places: the error that is reported is this many times what was found."""
 FRAMES_FOR_EACH_NODE = 150
 """Of the path's grid: with fewer frames, solving all of them takes less than twice as long as solving a draft."""
@@ -43,7 +43,7 @@ FRAMES_FOR_EACH_NODE = 150
 @dataclass(frozen=True, slots=True, eq=False)
 class Cubics:
     """One cubic for each of the ``known`` unknowns (numbers, n of them) in each interval between ``nodes`` (K,), by its
-    ``values`` (n, K - 1, 4) at the places `THROUGH`; ``usable`` (K - 1,): where there is one.
+    ``values`` (n, K - 1, 4) at the places `CUBIC_PLACES`; ``usable`` (K - 1,): where there is one.
     """
 
     nodes: FloatArray
@@ -56,8 +56,8 @@ class Cubics:
         j = np.clip(np.searchsorted(self.nodes, tau, side="right") - 1, 0, len(self.nodes) - 2)
         share = (tau - self.nodes[j]) / (self.nodes[j + 1] - self.nodes[j])
         found = np.zeros((len(self.known), len(tau)))
-        for k, place in enumerate(THROUGH):
-            others = np.delete(THROUGH, k)
+        for k, place in enumerate(CUBIC_PLACES):
+            others = np.delete(CUBIC_PLACES, k)
             found += np.prod((share[:, None] - others) / (place - others), axis=1) * self.values[:, j, k]
         return found, self.usable[j] & (share >= 0.0) & (share <= 1.0)
 
@@ -130,56 +130,58 @@ class DraftMotion:
         return self.interpolated.poses_at(times)
 
 
-def gains(piece: Piece, fps: float) -> bool:
+def gains_speed(piece: Piece, fps: float) -> bool:
     """Whether something is solved instant by instant, in so many frames that interpolation is twice as fast."""
     slow = any(block.free and block.moving for block in piece.plan.blocks)
     return slow and (piece.end - piece.begin) * fps > FRAMES_FOR_EACH_NODE * len(piece.nodes)
 
 
-def drafted(motion: PathMotion, chosen: Callable[[Piece, float], bool] = gains) -> DraftMotion | PathMotion:
+def interpolated_motion(
+    motion: PathMotion, chosen: Callable[[Piece, float], bool] = gains_speed
+) -> DraftMotion | PathMotion:
     """``motion`` with poses that are interpolated on the ``chosen`` pieces; the same motion where there are none."""
     worst: float | None = None
     segments: list[SegmentMotion] = []
     for segment in motion.segments:
-        pieces: list[Piece | Unsolved] = []
+        pieces: list[Piece | UnsolvedInterval] = []
         for piece in segment.pieces:
             fps = float(motion.timeline.fps)
-            if not isinstance(piece, Unsolved) and piece.end > piece.begin and chosen(piece, fps):
-                piece, error = _drafted(piece, segment.base.now)
+            if not isinstance(piece, UnsolvedInterval) and piece.end > piece.begin and chosen(piece, fps):
+                piece, error = _interpolated_piece(piece, segment.base.now)
                 worst = max(worst or 0.0, error)
             pieces.append(piece)
         segments.append(replace(segment, pieces=pieces))
     if worst is None:
         return motion
-    return DraftMotion(motion, replace(motion, segments=tuple(segments)), MARGIN * worst)
+    return DraftMotion(motion, replace(motion, segments=tuple(segments)), ERROR_MARGIN * worst)
 
 
-def _drafted(piece: Piece, base: Snapshot) -> tuple[Piece, float]:
+def _interpolated_piece(piece: Piece, base: Snapshot) -> tuple[Piece, float]:
     """The piece interpolated, and by how much it is off."""
     plan = piece.plan
     nodes = piece.nodes[(piece.nodes > piece.begin) & (piece.nodes < piece.end)]
     nodes = np.concatenate([[piece.begin], nodes, [piece.end]])
-    places = np.concatenate([THROUGH, BETWEEN])
+    places = np.concatenate([CUBIC_PLACES, CHECK_PLACES])
     tau = (nodes[:-1, None] + places * np.diff(nodes)[:, None]).reshape(-1)
     with np.errstate(all="ignore"):
-        state, bad = evaluated(piece, piece.instants(tau))
+        state, bad = evaluate_piece(piece, piece.instants(tau))
     known = tuple(n for n, value in enumerate(state) if value is not None)
     table = np.array([np.broadcast_to(state[n], len(tau)) for n in known]).reshape(len(known), -1, len(places))
     usable = np.asarray(~bad.reshape(-1, len(places)).any(axis=1) & np.isfinite(table).all(axis=(0, 2)), dtype=np.bool_)
-    cubics = Cubics(nodes, known, np.nan_to_num(table[..., : len(THROUGH)]), usable)
-    between = tau.reshape(-1, len(places))[:, len(THROUGH) :].reshape(-1)
+    cubics = Cubics(nodes, known, np.nan_to_num(table[..., : len(CUBIC_PLACES)]), usable)
+    between = tau.reshape(-1, len(places))[:, len(CUBIC_PLACES) :].reshape(-1)
     truth: State = [None if value is None else np.broadcast_to(value, len(tau)) for value in state]
     truth = [
-        None if value is None else value.reshape(-1, len(places))[:, len(THROUGH) :].reshape(-1) for value in truth
+        None if value is None else value.reshape(-1, len(places))[:, len(CUBIC_PLACES) :].reshape(-1) for value in truth
     ]
     values, compared = cubics.at(between)
-    error = _farthest(plan, base, cubics.state(plan, values), truth, compared)
+    error = _largest_distance(plan, base, cubics.state(plan, values), truth, compared)
     draft = DraftPiece(plan, piece.segment_start, piece.begin, piece.end, piece.tracks, piece.nodes)
     draft.cubics = cubics
     return draft, error
 
 
-def _farthest(plan: Plan, base: Snapshot, one: State, other: State, compared: BoolArray) -> float:
+def _largest_distance(plan: Plan, base: Snapshot, one: State, other: State, compared: BoolArray) -> float:
     """The largest distance of an anchor between two states at F instants, where they are ``compared`` (F,)."""
     worst = 0.0
     for (t, a), (_, b) in zip(placements(plan, one, base), placements(plan, other, base), strict=True):

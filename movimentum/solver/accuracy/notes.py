@@ -36,7 +36,7 @@ def singular_warning(digits: float, asked: int, time: Fraction) -> Diagnostic:
     )
 
 
-def rough_note(what: Iterable[str]) -> Diagnostic:
+def inexact_note(what: Iterable[str]) -> Diagnostic:
     """Values that no equation gives, which stay those of `standard`."""
     return Diagnostic(
         "solve/rough",
@@ -47,15 +47,15 @@ def rough_note(what: Iterable[str]) -> Diagnostic:
 
 
 @dataclass(slots=True)
-class Attained:
-    """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``; ``rough``
-    says what no equation gives (integrals along the path, free motions), which stay those of
+class AttainedAccuracy:
+    """What could not be made as exact as asked: ``digits``, the fewest at any frame seen so far, at ``time``;
+    ``inexact`` says what no equation gives (integrals along the path, free motions), which stay those of
     `standard`.
     """
 
     digits: float = math.inf
     time: Fraction | None = None
-    rough: dict[str, None] = field(default_factory=dict[str, None])
+    inexact: dict[str, None] = field(default_factory=dict[str, None])
 
     def notes(self, shown: int | None) -> tuple[Diagnostic, ...]:
         """What that falls short of, where so many digits are ``shown`` (None: those of a float)."""
@@ -63,6 +63,6 @@ class Attained:
         asked = FLOAT_DIGITS if shown is None else shown
         if self.time is not None and self.digits < asked:
             found.append(singular_warning(self.digits, asked, self.time))
-        if self.rough:
-            found.append(rough_note(self.rough))
+        if self.inexact:
+            found.append(inexact_note(self.inexact))
         return tuple(found)

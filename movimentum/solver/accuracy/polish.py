@@ -26,7 +26,7 @@ from movimentum.planning.lowering.calculus import slopes_of
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.model import Thing
-from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered
+from movimentum.solver.arithmetic.evaluation import Evaluator, Number, ordered_nodes
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.block.closed_form import State
@@ -42,7 +42,7 @@ from movimentum.tolerances import (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class PolishRows:
     """Equations ``residuals`` (m) in the unknowns ``unknowns`` (n), and their Jacobian's ``entries`` as expressions
     (``slopes``) and compiled.
     """
@@ -55,14 +55,16 @@ class Rows:
     jacobian: Compiled
 
 
-def make_rows(plan: Plan, residuals: Sequence[Expr], unknowns: Sequence[int]) -> Rows:
+def make_rows(plan: Plan, residuals: Sequence[Expr], unknowns: Sequence[int]) -> PolishRows:
     """Differentiate and compile."""
     entries, slopes = slopes_of(residuals, unknowns)
     jacobian = compiled(slopes, Clocks(plan.clocks))
-    return Rows(tuple(residuals), ordered(residuals), tuple(unknowns), tuple(entries), tuple(slopes), jacobian)
+    return PolishRows(
+        tuple(residuals), ordered_nodes(residuals), tuple(unknowns), tuple(entries), tuple(slopes), jacobian
+    )
 
 
-def deflated(plan: Plan, rows: Rows, first: int) -> Rows:
+def deflated_rows(plan: Plan, rows: PolishRows, first: int) -> PolishRows:
     """F = 0, F' v = 0, h v = 1. The numbers ``first`` … stand for v and then for h, which is given."""
     n = len(rows.unknowns)
     v = [symbol(first + j) for j in range(n)]
@@ -95,7 +97,7 @@ class RowContext:
         assert isinstance(node.payload, int)
         return self.wide[node.payload]
 
-    def values(self, rows: Rows) -> list[Number]:
+    def values(self, rows: PolishRows) -> list[Number]:
         """The residuals."""
         return self.evaluator.values(rows.nodes, rows.residuals, self.leaf)
 
@@ -117,7 +119,7 @@ class RowContext:
         )
 
 
-def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, scale: FloatArray) -> FloatArray:
+def polish(plan: Plan, rows: PolishRows, context: RowContext, start: FloatArray, scale: FloatArray) -> FloatArray:
     """Solve ``rows`` from ``start`` (F, n), unknowns of sizes ``scale`` (n,), and leave the solution in
     ``context.wide`` and ``context.floats``.
 
@@ -128,27 +130,27 @@ def polished(plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sca
         context.wide[n] = context.evaluator.arithmetic.floats(start[:, j])
         context.floats[n] = start[:, j]
     with np.errstate(all="ignore"):
-        right = _iterated(rows, context, sizes)
-        right[_strayed(rows, context, start, sizes)] = 0.0
+        right = _iterate(rows, context, sizes)
+        right[_moved_far(rows, context, start, sizes)] = 0.0
         wanted = context.evaluator.arithmetic.digits
         for place in np.nonzero(right < wanted)[0]:
             right[place] = _singular(plan, rows, context, start, sizes, int(place), float(right[place]))
     return right
 
 
-def _strayed(rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
+def _moved_far(rows: PolishRows, context: RowContext, start: FloatArray, sizes: FloatArray) -> NDArray[np.bool_]:
     now = np.stack([np.broadcast_to(context.floats[n], len(start)) for n in rows.unknowns], axis=1)
     return np.asarray(~(np.abs(now - start) <= SAME_SOLUTION_POLISHED * sizes).all(axis=1), dtype=np.bool_)
 
 
-def _jacobian(rows: Rows, context: RowContext, count: int) -> FloatArray:
+def _jacobian(rows: PolishRows, context: RowContext, count: int) -> FloatArray:
     result = np.zeros((count, len(rows.residuals), len(rows.unknowns)))
     for (i, j), value in zip(rows.entries, rows.jacobian(context.floats, context.clocks), strict=True):
         result[:, i, j] = value
     return result
 
 
-def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
+def _inverse(rows: PolishRows, context: RowContext, sizes: FloatArray) -> FloatArray:
     """(F, n, m) what takes residuals to steps."""
     matrix, lengths = scaled(_jacobian(rows, context, len(sizes)), sizes)
     finite = np.isfinite(matrix).all(axis=(1, 2))
@@ -167,7 +169,7 @@ def _inverse(rows: Rows, context: RowContext, sizes: FloatArray) -> FloatArray:
     return result
 
 
-def _iterated(rows: Rows, context: RowContext, sizes: FloatArray, *, newton: bool = False) -> FloatArray:
+def _iterate(rows: PolishRows, context: RowContext, sizes: FloatArray, *, newton: bool = False) -> FloatArray:
     """Steps until they are as small as the arithmetic's digits ask or no longer shrink; returns (F,) the digits.
 
     The Jacobian is that of floats. ``newton``: it has all digits, at a single instant; steps may then shrink slowly, as
@@ -207,14 +209,14 @@ def _iterated(rows: Rows, context: RowContext, sizes: FloatArray, *, newton: boo
 
 
 def _newton_step(
-    rows: Rows, context: RowContext, sizes: FloatArray, values: Sequence[Number]
+    rows: PolishRows, context: RowContext, sizes: FloatArray, values: Sequence[Number]
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """The step (1, n) and its exponent (1,) with a Jacobian of all digits; nan where that is singular."""
     arithmetic = context.evaluator.arithmetic
     assert isinstance(arithmetic, DigitsArithmetic)
     mp = arithmetic.context
     matrix = mp.zeros(len(rows.residuals), len(rows.unknowns))
-    slopes = context.evaluator.values(ordered(rows.slopes), rows.slopes, context.leaf)
+    slopes = context.evaluator.values(ordered_nodes(rows.slopes), rows.slopes, context.leaf)
     for (i, j), slope in zip(rows.entries, slopes, strict=True):
         matrix[i, j] = slope[0] * float(sizes[0, j])
     try:
@@ -227,7 +229,7 @@ def _newton_step(
 
 
 def _singular(
-    plan: Plan, rows: Rows, context: RowContext, start: FloatArray, sizes: FloatArray, place: int, right: float
+    plan: Plan, rows: PolishRows, context: RowContext, start: FloatArray, sizes: FloatArray, place: int, right: float
 ) -> float:
     """One instant at which steps do not converge: a double root, or nearly one. Returns the digits attained."""
     best = [context.wide[n][place : place + 1] for n in rows.unknowns]
@@ -239,7 +241,7 @@ def _singular(
             here.wide[n] = context.evaluator.arithmetic.floats(start[place : place + 1, j])
             here.floats[n] = start[place : place + 1, j]
         digits = attempt(plan, rows, here, size)
-        if digits > right and not _strayed(rows, here, start[place : place + 1], size)[0]:
+        if digits > right and not _moved_far(rows, here, start[place : place + 1], size)[0]:
             best, right = [here.wide[n] for n in rows.unknowns], digits
         if right >= context.evaluator.arithmetic.digits:
             break
@@ -252,7 +254,7 @@ def _singular(
     return max(right - 1.0, 0.0) if right > 0.0 else -float(np.log10(SAME_SOLUTION_POLISHED))
 
 
-def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
+def _double_root(plan: Plan, rows: PolishRows, here: RowContext, size: FloatArray) -> float:
     """Deflation, where the Jacobian loses one rank; 0 where the point it leads to does not solve the equations."""
     n = len(rows.unknowns)
     matrix, _ = scaled(_jacobian(rows, here, 1), size)
@@ -265,12 +267,12 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     first = len(here.wide)
     direction = right[-1] * size[0]
     normal = right[-1] / size[0]
-    both = deflated(plan, rows, first)
+    both = deflated_rows(plan, rows, first)
     for value in (*direction, *normal):
         here.wide.append(arithmetic.floats(np.array([value])))
         here.floats.append(np.array([value]))
     digits = float(
-        _iterated(both, here, np.concatenate([size, np.maximum(np.abs(direction), size[0])[None]], axis=1))[0]
+        _iterate(both, here, np.concatenate([size, np.maximum(np.abs(direction), size[0])[None]], axis=1))[0]
     )
     del here.wide[first:], here.floats[first:]
     residuals, exponents = arithmetic.balanced(here.values(rows), 1)
@@ -280,10 +282,10 @@ def _double_root(plan: Plan, rows: Rows, here: RowContext, size: FloatArray) -> 
     return digits if left >= arithmetic.digits else 0.0
 
 
-def _newton(_: Plan, rows: Rows, here: RowContext, size: FloatArray) -> float:
+def _newton(_: Plan, rows: PolishRows, here: RowContext, size: FloatArray) -> float:
     """Newton's method with all digits in the Jacobian too, at one instant; 0 for numbers that are of fixed size."""
     possible = isinstance(here.evaluator.arithmetic, DigitsArithmetic) and len(rows.residuals) >= len(rows.unknowns)
-    return float(_iterated(rows, here, size, newton=True)[0]) if possible else 0.0
+    return float(_iterate(rows, here, size, newton=True)[0]) if possible else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -300,7 +302,7 @@ class RefinedPoses(Poses):
     things: tuple[Thing, ...]
 
     @property
-    def spelled(self) -> RefinedPoses | None:
+    def high_precision(self) -> RefinedPoses | None:
         """Itself, where more digits are asked for than a float has."""
         return None if self.evaluator.arithmetic.shown is None else self
 

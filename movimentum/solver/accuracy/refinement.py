@@ -24,10 +24,10 @@ from movimentum.planning.lowering.unknowns import PosePart, Rate
 from movimentum.records import dataclass, field
 from movimentum.scene.model import ThingAngle, ThingProperty, VariableComponent
 from movimentum.settings import Accuracy
-from movimentum.solver.accuracy.notes import Attained
-from movimentum.solver.accuracy.polish import RefinedPoses, RowContext, Rows, make_rows, polished
+from movimentum.solver.accuracy.notes import AttainedAccuracy
+from movimentum.solver.accuracy.polish import PolishRows, RefinedPoses, RowContext, make_rows, polish
 from movimentum.solver.arithmetic.double_double import WideArithmetic
-from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered
+from movimentum.solver.arithmetic.evaluation import Arithmetic, Evaluator, Number, ordered_nodes
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.basis.body_pose import BodyPose, solved_pose
 from movimentum.solver.basis.instants import at_times
@@ -35,13 +35,13 @@ from movimentum.solver.block.formulas import UnknownFormulas
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.tracks import StillTrack
 from movimentum.solver.motion import PathMotion
-from movimentum.solver.path.piece import Piece, evaluated
+from movimentum.solver.path.piece import Piece, evaluate_piece
 from movimentum.solver.poses import Poses
-from movimentum.solver.segment_motion import Unsolved
+from movimentum.solver.segment_motion import UnsolvedInterval
 from movimentum.timeline.model import Timeline
 
 DEFAULT_DIGITS = 50
-AN_INTEGRAL = "an integral"
+INTEGRAL_REASON = "an integral"
 
 
 @dataclass(slots=True, eq=False)
@@ -50,13 +50,13 @@ class RefinedMotion:
 
     base: PathMotion
     arithmetic: Arithmetic
-    attained: Attained = field(default_factory=Attained)
+    attained: AttainedAccuracy = field(default_factory=AttainedAccuracy)
     _evaluator: Evaluator = field(init=False)
-    _rows: dict[tuple[int, int], Rows] = field(default_factory=dict[tuple[int, int], Rows])
+    _rows: dict[tuple[int, int], PolishRows] = field(default_factory=dict[tuple[int, int], PolishRows])
     _still: dict[tuple[int, int], tuple[list[Number], list[FloatArray]]] = field(
         default_factory=dict[tuple[int, int], "tuple[list[Number], list[FloatArray]]"]
     )
-    _moments: list[_Moment] = field(default_factory=list["_Moment"])
+    _moments: list[_RefinedMoment] = field(default_factory=list["_RefinedMoment"])
     _totals: dict[tuple[int, int], tuple[Fraction, Number]] = field(
         default_factory=dict[tuple[int, int], "tuple[Fraction, Number]"]
     )
@@ -121,7 +121,7 @@ class RefinedMotion:
             of_piece = segment_motion.piece_numbers(tau)
             for index, piece in enumerate(segment_motion.pieces):
                 places = np.nonzero(inside & (of_piece == index) & poses.solved)[0]
-                if isinstance(piece, Unsolved) or len(places) == 0:
+                if isinstance(piece, UnsolvedInterval) or len(places) == 0:
                     continue
                 moment = self.moment_of(number, piece, [times[place] for place in places])
                 self._put(poses, things, scalars, places, moment)
@@ -141,7 +141,7 @@ class RefinedMotion:
         things: list[BodyPose],
         scalars: dict[tuple[str, int | None], Number],
         places: NDArray[np.intp],
-        moment: _Moment,
+        moment: _RefinedMoment,
     ) -> None:
         count, rounded = len(places), self.arithmetic.rounded
         for t, pose in enumerate(moment.things):
@@ -163,7 +163,7 @@ class RefinedMotion:
 
     # one segment at some instants
 
-    def moment_of(self, number: int, piece: Piece, times: list[Fraction]) -> _Moment:
+    def moment_of(self, number: int, piece: Piece, times: list[Fraction]) -> _RefinedMoment:
         """Every thing's pose and every other unknown at ``times``, which lie in ``piece`` of segment ``number``."""
         state = self.state(number, piece, times)[0]
         before = self._before(number)
@@ -186,25 +186,25 @@ class RefinedMotion:
             if isinstance(unknown.payload, PosePart | ThingAngle | Rate) or state[unknown.number] is None:
                 continue
             others[unknown.payload] = state[unknown.number]
-        return _Moment(things, others)
+        return _RefinedMoment(things, others)
 
-    def _before(self, number: int) -> _Moment:
+    def _before(self, number: int) -> _RefinedMoment:
         """The moment at which segment ``number`` begins: what its plan does not know stays as there."""
         decimal = self._evaluator.decimal
         if not self._moments:
             zero, one = decimal(0.0), decimal(1.0)
             self._moments.append(
-                _Moment([BodyPose(zero, zero, one, zero, zero) for _ in self.timeline.scene.things], {})
+                _RefinedMoment([BodyPose(zero, zero, one, zero, zero) for _ in self.timeline.scene.things], {})
             )
         while len(self._moments) <= number:
             index = len(self._moments) - 1
             segment_motion, following = self.base.segments[index], self.base.segments[index + 1]
             last = segment_motion.pieces[-1]
-            if isinstance(last, Unsolved) or segment_motion.troubles:
+            if isinstance(last, UnsolvedInterval) or segment_motion.failures:
                 now = following.base.now
                 floats = self.arithmetic.floats
                 poses = [BodyPose(*(floats(np.array([v])) for v in (p.x, p.y, p.c, p.s, p.angle))) for p in now.things]
-                self._moments.append(_Moment(poses, {k: floats(np.array([v])) for k, v in now.others.items()}))
+                self._moments.append(_RefinedMoment(poses, {k: floats(np.array([v])) for k, v in now.others.items()}))
             else:
                 self._moments.append(self.moment_of(index, last, [segment_motion.segment.end]))
         return self._moments[number]
@@ -214,7 +214,7 @@ class RefinedMotion:
         plan, segment_motion = piece.plan, self.base.segments[number]
         instants = at_times(plan.clocks, segment_motion.segment.start, times)
         with np.errstate(all="ignore"):
-            floats, _ = evaluated(piece, instants)
+            floats, _ = evaluate_piece(piece, instants)
         clocks: dict[Fraction, Number] = {}
 
         def clock(node: Expr) -> Number:
@@ -257,30 +257,30 @@ class RefinedMotion:
             return everywhere
         if block.free and len(block.unknowns) > len(block.equations):
             things = {t: None for n in block.unknowns if (t := plan.system.unknowns[n].thing) is not None}
-            self.attained.rough.update(
+            self.attained.inexact.update(
                 {f"the free motion of `{plan.system.scene.things[t].name}`": None for t in things}
             )
         states = block.integrals
         for n in states:
             context.wide[n] = arithmetic.floats(start[:, block.unknowns.index(n)])
-            self.attained.rough[AN_INTEGRAL] = None
+            self.attained.inexact[INTEGRAL_REASON] = None
         chosen = [j for j, n in enumerate(block.unknowns) if n not in states]
         unknowns = [block.unknowns[j] for j in chosen]
         rows = self._rows.get((id(plan), block.number))
         if rows is None:
             equations = [plan.system.equations[e] for e in block.equations]
-            residuals = [e.among_others for e in equations if e.form in (Form.PLAIN, Form.WINDING)]
+            residuals = [e.simultaneous_residual for e in equations if e.form in (Form.PLAIN, Form.WINDING)]
             rows = self._rows[id(plan), block.number] = make_rows(plan, residuals, unknowns)
         if not rows.residuals:
             for j, n in zip(chosen, unknowns, strict=True):
                 context.wide[n] = arithmetic.floats(start[:, j])
             return everywhere
-        return polished(plan, rows, context, start[:, chosen], scale_of(plan, unknowns))
+        return polish(plan, rows, context, start[:, chosen], scale_of(plan, unknowns))
 
     def _wind(self, heading: Expr, context: RowContext, unknown: int, guess: FloatArray) -> None:
         """angle - atan2d(sine, cosine) = 0, up to full turns, which ``guess`` knows."""
         sine, cosine = heading.args
-        values = self._evaluator.values(ordered([sine, cosine]), [sine, cosine], context.leaf)
+        values = self._evaluator.values(ordered_nodes([sine, cosine]), [sine, cosine], context.leaf)
         angle = self.arithmetic.call("atan2d", None, values)
         turns = np.rint((guess - self.arithmetic.rounded(angle)) / 360.0)
         context.wide[unknown] = angle + self.arithmetic.floats(360.0 * turns)
@@ -316,12 +316,12 @@ class RefinedMotion:
             total = self._evaluator.rational(Fraction(0))
         closed = None if integrand is None else closed_form(integrand, start)
         if closed is not None:
-            value = total + self._evaluator.values(ordered([closed]), [closed], context.leaf)[0]
+            value = total + self._evaluator.values(ordered_nodes([closed]), [closed], context.leaf)[0]
         elif integrand is not None and isinstance(self.arithmetic, DigitsArithmetic):
             value = total + self._quadrature((number, unknown), integrand, start, times, self.arithmetic)
         else:
             value = self.arithmetic.floats(standard)
-            self.attained.rough[AN_INTEGRAL] = None
+            self.attained.inexact[INTEGRAL_REASON] = None
         context.wide[unknown] = _spread(value, len(times))
         context.floats[unknown] = self.arithmetic.rounded(context.wide[unknown])
 
@@ -334,7 +334,7 @@ class RefinedMotion:
         arithmetic: DigitsArithmetic,
     ) -> Number:
         """The integral of a formula of time from ``start`` to each of ``times``, frame by frame."""
-        nodes = ordered([integrand])
+        nodes = ordered_nodes([integrand])
         mpf = arithmetic.context.mpf
 
         def value(time: object) -> object:
@@ -357,7 +357,7 @@ class RefinedMotion:
                 points = [mpf(point.numerator) / point.denominator for point in grid]
                 more, error = arithmetic.context.quad(value, points, error=True)
                 if not error <= mpf(10) ** (-arithmetic.shown) * max(1, abs(more)):
-                    self.attained.rough[AN_INTEGRAL] = None
+                    self.attained.inexact[INTEGRAL_REASON] = None
                 total = total + more
             self._totals[key] = time, total
             values.append(total)
@@ -365,7 +365,7 @@ class RefinedMotion:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Moment:
+class _RefinedMoment:
     """Every thing's pose, and the other unknowns by payload, over some instants (or one)."""
 
     things: list[BodyPose]
@@ -376,7 +376,7 @@ def _spread(value: Number, count: int) -> Number:
     return value if len(value) == count else value[np.zeros(count, dtype=np.int64)]
 
 
-def refined(motion: PathMotion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
+def refine(motion: PathMotion, accuracy: Accuracy, digits: int | None = None) -> RefinedMotion:
     """``motion`` with its poses in the tier HIGH or EXACT (to ``digits``, default `DEFAULT_DIGITS`)."""
     high = accuracy is Accuracy.HIGH
     arithmetic: Arithmetic = WideArithmetic() if high else DigitsArithmetic(digits or DEFAULT_DIGITS)

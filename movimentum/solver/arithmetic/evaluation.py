@@ -136,6 +136,6 @@ class Evaluator:
         return [found[node] for node in outputs]
 
 
-def ordered(outputs: Sequence[Expr]) -> list[Expr]:
+def ordered_nodes(outputs: Sequence[Expr]) -> list[Expr]:
     """Every node below ``outputs``, arguments first: what `Evaluator.values` goes through."""
     return list(walk(*outputs))

@@ -21,7 +21,7 @@ from movimentum.solver.arithmetic.double_double import nice_fraction
 
 Numbers = NDArray[np.object_]
 
-GUARD = 25
+GUARD_DIGITS = 25
 """Digits computed beyond those asked for."""
 
 
@@ -34,7 +34,7 @@ class DigitsArithmetic:
         self.digits = digits + 10
         self.shown = digits
         self.context: Any = MPContext()
-        self.context.dps = digits + GUARD
+        self.context.dps = digits + GUARD_DIGITS
         self._calls: dict[str, Callable[..., Any]] = {
             name: np.frompyfunc(self._safe(function), BY_NAME[name].arity + BY_NAME[name].payload, 1)
             for name, function in column(_Scalars(self)).items()

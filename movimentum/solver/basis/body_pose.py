@@ -47,7 +47,7 @@ class BodyPose:
         return BodyPose(part(self.x), part(self.y), part(self.c), part(self.s), part(self.angle))
 
 
-DRAWN = BodyPose()
+AS_DRAWN = BodyPose()
 """A thing as it is drawn."""
 
 
@@ -104,12 +104,12 @@ def numbers_of(frame: BodyFrame) -> FrameNumbers:
     return *frame.origin, *frame.axis
 
 
-def read_off(
+def values_in_poses(
     payloads: Sequence[Hashable],
     poses: Mapping[int, BodyPose],
     local: Callable[[int, int], tuple[Any, Any]],
     other: Callable[[Hashable], Any],
-    drawn: BodyPose = DRAWN,
+    drawn: BodyPose = AS_DRAWN,
 ) -> list[Any]:
     """What ``payloads`` are where things are at ``poses`` (those that are not there: as ``drawn``): coordinates of
     anchors, whose local places ``local`` knows by thing and anchor, angles of things, and ``other`` unknowns.

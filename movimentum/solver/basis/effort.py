@@ -14,32 +14,32 @@ from contextvars import ContextVar
 from movimentum.cancellation import look
 
 
-class GivenUp(Exception):
+class EffortExceeded(Exception):
     """What was tried out takes more work than it may."""
 
 
-_left: ContextVar[list[int] | None] = ContextVar("_left", default=None)
+_remaining: ContextVar[list[int] | None] = ContextVar("_left", default=None)
 _spent: ContextVar[list[int] | None] = ContextVar("_spent", default=None)
 
 
 @contextmanager
-def limited(count: int) -> Generator[list[int], None, None]:
-    """Raise `GivenUp` inside once ``count`` linearizations are done; yields a list with how many are left.
+def limit_effort(count: int) -> Generator[list[int], None, None]:
+    """Raise `EffortExceeded` inside once ``count`` linearizations are done; yields a list with how many are left.
 
     They count for a limit around this one too.
     """
-    around, left = _left.get(), [count]
-    token = _left.set(left)
+    around, left = _remaining.get(), [count]
+    token = _remaining.set(left)
     try:
         yield left
     finally:
-        _left.reset(token)
+        _remaining.reset(token)
         if around is not None:
             around[0] -= count - left[0]
 
 
 @contextmanager
-def counted() -> Generator[list[int], None, None]:
+def count_effort() -> Generator[list[int], None, None]:
     """Yields a list with how many linearizations were done inside so far, whatever limits there are."""
     around, spent = _spent.get(), [0]
     token = _spent.set(spent)
@@ -53,26 +53,28 @@ def counted() -> Generator[list[int], None, None]:
 
 def is_limited() -> bool:
     """Whether linearizations are counted against a limit."""
-    return _left.get() is not None
+    return _remaining.get() is not None
 
 
-def charge(count: int = 1) -> None:
-    """Count linearizations; raises `GivenUp` where there are too many, `Cancelled` where nobody waits any more."""
+def charge_effort(count: int = 1) -> None:
+    """Count linearizations; raises `EffortExceeded` where there are too many, `Cancelled` where nobody waits any
+    more.
+    """
     look()
-    spent, left = _spent.get(), _left.get()
+    spent, left = _spent.get(), _remaining.get()
     if spent is not None:
         spent[0] += count
     if left is not None:
         left[0] -= count
         if left[0] < 0:
-            raise GivenUp
+            raise EffortExceeded
 
 
 _factor: ContextVar[float] = ContextVar("_factor", default=1.0)
 
 
 @contextmanager
-def tightened(factor: float) -> Generator[None]:
+def tighten_steps(factor: float) -> Generator[None]:
     """Free motion and differential equations that are solved inside have steps whose error is ``factor`` as large."""
     token = _factor.set(factor)
     try:
@@ -81,6 +83,6 @@ def tightened(factor: float) -> Generator[None]:
         _factor.reset(token)
 
 
-def tightening() -> float:
-    """The factor that `tightened` gave, 1 outside."""
+def step_tightening() -> float:
+    """The factor that `tighten_steps` gave, 1 outside."""
     return _factor.get()

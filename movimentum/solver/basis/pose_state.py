@@ -15,7 +15,7 @@ from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PosePart
 from movimentum.records import dataclass, field
-from movimentum.scene.leaves import Bearing, ContactPlace, Kept
+from movimentum.scene.leaves import Bearing, ContactPlace, StoredValue
 from movimentum.scene.model import AnchorCoordinate, Scene, ThingAngle, ThingProperty
 from movimentum.solver.basis.body_pose import BodyPose, numbers_of, pose_part
 
@@ -57,7 +57,7 @@ class Snapshot:
         return found if math.isfinite(found) else None
 
     def read(
-        self, scene: Scene, roots: Sequence[Expr], time: Fraction, more: Mapping[Kept, float]
+        self, scene: Scene, roots: Sequence[Expr], time: Fraction, more: Mapping[StoredValue, float]
     ) -> tuple[float, ...]:
         """The values of expressions of the scene at this moment; ``more``: what is known from before."""
 
@@ -70,7 +70,7 @@ class Snapshot:
                     return self.things[thing].angle
                 case ThingProperty(thing, name):
                     return self.others.get(node.payload, scene.things[thing].undriven(name))
-                case Kept():
+                case StoredValue():
                     return more[node.payload]
                 case Bearing(drawn=drawn, sine=sine, cosine=cosine) if node.payload not in self.others:
                     return float(wound(value(call("atan2d", sine, cosine)), drawn))
@@ -96,15 +96,15 @@ class Snapshot:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Carry:
-    """``now``, and ``before``, ``span`` earlier (None where there is no motion to carry). ``shown``: somebody looks at
-    ``now``, and what is wanted is the solution next to it; there is no need to find the others.
+class PoseState:
+    """``now``, and ``before``, ``span`` earlier (None where there is no motion to carry). ``is_shown``: somebody looks
+    at ``now``, and what is wanted is the solution next to it; there is no need to find the others.
     """
 
     now: Snapshot
     before: Snapshot | None = None
     span: float = 0.0
-    shown: bool = False
+    is_shown: bool = False
 
     def rate(self, system: System, unknown: int) -> float | None:
         """The velocity of an unknown as the motion so far shows it."""
@@ -114,6 +114,6 @@ class Carry:
         return None if a is None or b is None else (b - a) / self.span
 
 
-def as_drawn(scene: Scene) -> Carry:
+def as_drawn(scene: Scene) -> PoseState:
     """Before the first frame: everything as drawn, nothing known."""
-    return Carry(Snapshot(tuple(BodyPose() for _ in scene.things)))
+    return PoseState(Snapshot(tuple(BodyPose() for _ in scene.things)))

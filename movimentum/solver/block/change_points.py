@@ -26,25 +26,27 @@ Margin = Callable[[FloatArray], FloatArray]
 SAMPLES = 9
 ROUNDS = 16
 
-LOW, WORTH = 0.5, 0.02
+LOW_MINIMUM, WORTH_A_LOOK = 0.5, 0.02
 """A minimum is looked at that is less than so much of a node beside it, or less than so much."""
 
-AT_ONCE = 4096
+BRACKETS_AT_A_TIME = 4096
 """So many brackets are sectioned at a time, for the memory that the states at their samples take."""
 
 
 @dataclass(frozen=True, slots=True)
-class Events:
+class BranchEvents:
     """``flips``: the times at which the sign changes, ascending. ``gaps``: intervals (from, to) without a solution."""
 
     flips: tuple[float, ...]
     gaps: tuple[tuple[float, float], ...]
 
 
-def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
+def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> BranchEvents:
     """Classify the zeros of ``margin`` (the relative discriminant), known as ``values`` at the nodes ``tau``."""
-    if (least := values.min(initial=np.inf)) >= WORTH and least >= LOW * values.max():  # far from zero everywhere
-        return Events((), ())
+    if (
+        least := values.min(initial=np.inf)
+    ) >= WORTH_A_LOOK and least >= LOW_MINIMUM * values.max():  # far from zero everywhere
+        return BranchEvents((), ())
     values = np.where(np.isfinite(values), values, -1.0)
     gaps = _gaps(margin, tau, values)
     low, middle, high = _minima(tau, values)
@@ -55,7 +57,7 @@ def find_events(margin: Margin, tau: FloatArray, values: FloatArray) -> Events:
     width = np.minimum(place - low, high - place)
     through = _passes_through(margin, place, width)
     flips = _located(margin, place[through], width[through])
-    return Events(tuple(sorted(flips.tolist())), tuple(sorted(gaps)))
+    return BranchEvents(tuple(sorted(flips.tolist())), tuple(sorted(gaps)))
 
 
 def _gaps(margin: Margin, tau: FloatArray, values: FloatArray) -> list[tuple[float, float]]:
@@ -85,7 +87,7 @@ def _minima(tau: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray
         # a minimum, far enough below a neighbour or near enough to zero to be worth a closer look;
         # a flat run at zero (a mechanism at rest in its dead centre) is none
         low = (middle <= left) & (middle <= right) & (middle > -DISCRIMINANT_ZERO)
-        worth = (middle < LOW * np.maximum(left, right)) | (middle < WORTH)
+        worth = (middle < LOW_MINIMUM * np.maximum(left, right)) | (middle < WORTH_A_LOOK)
         flat = np.maximum(left, right) <= DISCRIMINANT_ZERO
         before = np.concatenate([[-np.inf], left[:-1]])
         second = (middle == left) & (before >= left) & (left <= DISCRIMINANT_ZERO)  # of two equal nodes
@@ -178,9 +180,11 @@ def _crossings(margin: Margin, good: FloatArray, bad: FloatArray) -> FloatArray:
 
     Where the margin falls below zero for good, that is where it passes zero, not where it passes the tolerance.
     """
-    if len(good) > AT_ONCE:
-        parts = range(0, len(good), AT_ONCE)
-        return np.concatenate([_crossings(margin, good[i : i + AT_ONCE], bad[i : i + AT_ONCE]) for i in parts])
+    if len(good) > BRACKETS_AT_A_TIME:
+        parts = range(0, len(good), BRACKETS_AT_A_TIME)
+        return np.concatenate(
+            [_crossings(margin, good[i : i + BRACKETS_AT_A_TIME], bad[i : i + BRACKETS_AT_A_TIME]) for i in parts]
+        )
     good, bad = good.copy(), bad.copy()
     left_over = np.arange(len(good))
     for _ in range(18):

@@ -17,7 +17,7 @@ State = list[Any]
 """By unknown number: None where not known yet, else a float64 scalar (the same at all instants) or an array (F,)."""
 
 
-def branch(block: Quadratic, u: State, k: Sequence[FloatArray], sign: Any) -> tuple[FloatArray, ...]:
+def solve_branch(block: Quadratic, u: State, k: Sequence[FloatArray], sign: Any) -> tuple[FloatArray, ...]:
     """The `margin` of a block that comes down to one quadratic, then its core unknowns on the branch ``sign`` (+1 or
     -1); a negative discriminant is taken as zero.
     """

@@ -29,7 +29,7 @@ from movimentum.tolerances import (
     ROUNDING_OF_DENSE_TANGENT,
 )
 
-SLOW = 0.2
+SLOW_CONVERGENCE = 0.2
 """A chord step that leaves more of the residual calls for a new linearisation."""
 
 
@@ -43,7 +43,7 @@ class Tangent(Protocol):
     rounding: float
     """Of the largest unknown: a residual that `corrected` cannot be expected to make smaller."""
 
-    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+    def least_velocity(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
         """The v (n,) with J v = ``want`` (m,) that makes v' M v + 2 v' ``pull`` least."""
         ...
 
@@ -71,7 +71,7 @@ class DenseTangent:
         self.finite = bool(np.isfinite(rows).all())
         _, self.free, self.inverse = null_space(rows[0])
 
-    def least(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
+    def least_velocity(self, want: FloatArray, pull: FloatArray | None = None) -> FloatArray:
         """See `Tangent`."""
         y = self.inverse @ (want / self.lengths)
         if pull is not None:
@@ -80,7 +80,7 @@ class DenseTangent:
 
     def corrected(self, residual: FloatArray) -> FloatArray:
         """See `Tangent`."""
-        return -self.least(residual)
+        return -self.least_velocity(residual)
 
     def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
         """See `Tangent`."""
@@ -112,9 +112,9 @@ class DenseTangent:
 def tangent_at(problem: BlockProblem, x: FloatArray) -> Tangent:
     """The block linearised at core values ``x`` (n,) at one instant."""
     if problem.sparse is not None:
-        from movimentum.solver.block.sparse import saddle
+        from movimentum.solver.block.sparse import saddle_point
 
-        return saddle(problem, x)
+        return saddle_point(problem, x)
     return DenseTangent(problem.free_block, problem.jacobian(x[None])[0])
 
 
@@ -155,7 +155,7 @@ def chord_newton(
         if not shrinks and fresh and limit is None and error < CORRECTION_STALLED * reach:
             break
         fresh = False
-        if error > SLOW * last:
+        if error > SLOW_CONVERGENCE * last:
             tangent, fresh = tangent_at(problem, x), True
     return kept, best / float(np.max(np.abs(kept / tangent.scale), initial=LEAST_DIVISOR)), tangent
 
@@ -163,20 +163,20 @@ def chord_newton(
 Rows = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Unknowns (n,) in units of their scale to residuals (m,) and their Jacobian (m, n), rows scaled alike."""
 
-ASIDE = 0.03
+PROBE_DISTANCE = 0.03
 """Of the unknowns' scale: how far beside a pose another solution is looked for."""
 ITERATIONS = 40
 
 
 def is_mobile(rows: Rows, x: FloatArray) -> bool:
     """Whether the equations that ``x`` (n,) satisfies, square and without full rank there, let it move."""
-    unit = _unit(rows, x)
-    direction = None if unit is None else _lost(unit[1])
+    unit = _unit_rows(rows, x)
+    direction = None if unit is None else _lost_direction(unit[1])
     if direction is None:
         return False
-    y = x + ASIDE * direction / float(np.max(np.abs(direction)))
+    y = x + PROBE_DISTANCE * direction / float(np.max(np.abs(direction)))
     for _ in range(ITERATIONS):
-        beside = _unit(rows, y)
+        beside = _unit_rows(rows, y)
         if beside is None:
             return False
         residual, matrix = beside
@@ -189,16 +189,16 @@ def is_mobile(rows: Rows, x: FloatArray) -> bool:
         y = y - step
     else:
         return False
-    return float(np.max(np.abs(y - x))) > 0.5 * ASIDE and _lost(matrix) is not None
+    return float(np.max(np.abs(y - x))) > 0.5 * PROBE_DISTANCE and _lost_direction(matrix) is not None
 
 
-def _lost(matrix: FloatArray) -> FloatArray | None:
+def _lost_direction(matrix: FloatArray) -> FloatArray | None:
     """The direction (n,) in which nothing holds; None where something does."""
     _, singular, turned = np.linalg.svd(matrix)
     return turned[-1] if singular[-1] <= RANK_LOST_AT_POSE * singular[0] else None
 
 
-def _unit(rows: Rows, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+def _unit_rows(rows: Rows, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Residuals and Jacobian with its rows brought to unit length; None where something is not finite."""
     residual, matrix = rows(x)
     largest = np.max(np.abs(matrix), axis=1, initial=0.0)

@@ -15,7 +15,7 @@ import numpy as np
 from movimentum.arrays import BoolArray, FloatArray, first_of
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.records import dataclass
-from movimentum.solver.basis.effort import charge
+from movimentum.solver.basis.effort import charge_effort
 from movimentum.solver.block.linearization import chord_newton
 from movimentum.solver.block.problem import BlockProblem, relative_error, scaled
 from movimentum.tolerances import (
@@ -31,20 +31,20 @@ from movimentum.tolerances import (
     START_EXACT,
 )
 
-ASTRAY = 1e5
+LONGEST_WAY = 1e5
 """Of the residual of a start that is a solution: a way from there that is longer is a singular pose's, and means
 nothing.
 """
-FAR = 0.05
+FAR_START = 0.05
 
 
-AT_ONCE = 1_000_000
+JACOBIAN_ENTRIES_AT_A_TIME = 1_000_000
 """Numbers of all instants' Jacobians that are held at a time; decompositions take ten times as much memory."""
 WELL_CONDITIONED = 1e8
 """Of the normal equations of rows: well below where their rank is in question, at 1 / `RANK_OF_ROWS` squared."""
 
 
-def step_of(
+def newton_step(
     jacobian: FloatArray, residual: FloatArray, scale: FloatArray, square: bool, *, afar: bool = False
 ) -> FloatArray:
     """(F, n) Newton steps; least-norm (in units of the unknowns' scale), least-squares where not square or singular.
@@ -118,7 +118,7 @@ class NewtonResult:
         )
 
 
-def arrived(size: Any, before: Any) -> Any:
+def is_converged(size: Any, before: Any) -> Any:
     """Whether a step of that ``size``, in units of the unknowns' scale, is the last one: it is rounding, or so much
     shorter than the one ``before`` that the next would be its square.
     """
@@ -134,15 +134,15 @@ def newton(
     afar: bool = False,
 ) -> NewtonResult:
     """Solve a block from ``start`` (F, n). ``limit`` bounds a single step (in units of the unknowns' scale), and
-    ``afar`` makes steps cheaper (see `step_of`), for starts from afar.
+    ``afar`` makes steps cheaper (see `newton_step`), for starts from afar.
 
-    Stops where steps have `arrived` or no longer shrink; converged means a relative residual below 1e-9 (near a
+    Stops where steps have `is_converged` or no longer shrink; converged means a relative residual below 1e-9 (near a
     singularity the step is no measure, the residual is). What an instant comes to does not depend on the others.
     """
     x = np.array(start, dtype=np.float64)
     if problem.sparse is not None:
         return _sparse_newton(problem, x, iterations, limit)
-    many = max(1, AT_ONCE // max(1, x.shape[1]) ** 2)
+    many = max(1, JACOBIAN_ENTRIES_AT_A_TIME // max(1, x.shape[1]) ** 2)
     if len(x) > many:
         parts = [np.arange(first, min(first + many, len(x))) for first in range(0, len(x), many)]
         return NewtonResult.joined(
@@ -157,7 +157,7 @@ def newton(
             jacobian = some.jacobian(y)
             if done == 1 and square:
                 before = relative_error(residual, jacobian, some.scale)
-            step = step_of(jacobian, residual, some.scale, square, afar=afar)
+            step = newton_step(jacobian, residual, some.scale, square, afar=afar)
             size = np.max(np.abs(step) / some.scale, axis=1, initial=0.0)
             if limit is not None:
                 step = step * np.minimum(1.0, limit / np.maximum(size, LEAST_DIVISOR))[:, None]
@@ -165,7 +165,7 @@ def newton(
             y = np.where(moved[:, None], y + np.where(moved[:, None], step, 0.0), y)
             x[places] = y
             last[places] = np.where(going, size, last[places])
-            going &= ~arrived(size, earlier)
+            going &= ~is_converged(size, earlier)
             if done > 3 and limit is None:
                 going &= ~((size >= 0.5 * earlier) & (size < NEWTON_STALLED))
             if not going.any():
@@ -178,12 +178,12 @@ def newton(
         jacobian = problem.jacobian(x)
         error = relative_error(problem.residual(x), jacobian, problem.scale)
         moved = np.max(np.abs(x - start) / problem.scale, axis=1, initial=0.0)
-        kept = (before <= START_EXACT) & ~(moved <= ASTRAY * before)
+        kept = (before <= START_EXACT) & ~(moved <= LONGEST_WAY * before)
         x[kept], error[kept] = start[kept], before[kept]
     return NewtonResult(x, _solved(error), error, last, jacobian)
 
 
-def newton_across(problem: BlockProblem, start: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
+def newton_of_variants(problem: BlockProblem, start: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
     """`newton` for V variants: where it ends (V, n), whether that is beyond doubt a solution (V,), and the determinant
     (V,) of the Jacobian with rows and unknowns of size one.
     """
@@ -194,7 +194,7 @@ def newton_across(problem: BlockProblem, start: FloatArray) -> tuple[FloatArray,
     return found.x, found.converged & (found.last <= NEWTON_LAST_STEP), determinant
 
 
-def newton_at(problem: BlockProblem, start: FloatArray, iterations: int) -> tuple[FloatArray, bool] | None:
+def newton_at_instant(problem: BlockProblem, start: FloatArray, iterations: int) -> tuple[FloatArray, bool] | None:
     """`newton` for a square block at one instant, from core values ``start`` (n,), in plain floats: where it ends and
     whether that is a solution; None where floats cannot tell, because something is divided by zero or the Jacobian is
     singular.
@@ -217,10 +217,10 @@ def newton_at(problem: BlockProblem, start: FloatArray, iterations: int) -> tupl
                 wide[places] = block.jacobian(values, clocks)
                 wide *= scale
                 residual = np.array(block.residual(values, clocks), dtype=np.float64)
-                if not left or arrived(last, before):
+                if not left or is_converged(last, before):
                     break
                 left -= 1
-                charge()
+                charge_effort()
                 lengths = np.sqrt(np.einsum("mn,mn->m", wide, wide))
                 step = np.asarray(np.linalg.solve(wide / lengths[:, None], residual / lengths), dtype=np.float64)
                 before, last = last, float(np.max(np.abs(step)))
@@ -251,7 +251,7 @@ def _sparse_newton(problem: BlockProblem, x: FloatArray, iterations: int, limit:
 def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
     """Unknowns minus rank at core values ``x`` (n,) at one instant; of a large block, 1 where there is any freedom."""
     if problem.sparse is not None:
-        return int(len(problem.block.core) > problem.block.rows or _moves(problem, x))
+        return int(len(problem.block.core) > problem.block.rows or _is_mobile(problem, x))
     rows, _ = scaled(problem.jacobian(x[None]), problem.scale)
     if 0 in rows.shape:
         return len(x)
@@ -259,18 +259,18 @@ def freedom_of(problem: BlockProblem, x: FloatArray) -> int:
     return len(x) - int(np.sum(singular > RANK_FOR_FREEDOM * max(singular[0], LEAST_DIVISOR)))
 
 
-def _moves(problem: BlockProblem, x: FloatArray) -> bool:
+def _is_mobile(problem: BlockProblem, x: FloatArray) -> bool:
     """Whether the rows of a large block leave anything of a random motion."""
-    from movimentum.solver.block.sparse import saddle
+    from movimentum.solver.block.sparse import saddle_point
 
     block = problem.free_block
-    tangent = saddle(problem, x)
+    tangent = saddle_point(problem, x)
     motion = np.random.default_rng(5).normal(size=len(x)) * tangent.scale
-    left = tangent.least(np.zeros(block.rows), -block.metric.applied(motion))
+    left = tangent.least_velocity(np.zeros(block.rows), -block.metric.applied(motion))
     return bool(np.max(np.abs(left) / tangent.scale) > LEFT_OF_RANDOM_MOTION * np.max(np.abs(motion) / tangent.scale))
 
 
-def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
+def newton_unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
     """Improve ``x`` (n, F) in place by Newton steps that ``step`` computes; returns which instants converged (F,).
 
     A step below 1e-8 is the last one needed: the next would be its square. Instants whose steps do not come down so
@@ -287,7 +287,7 @@ def unrolled(problem: BlockProblem, x: FloatArray, step: Compiled) -> BoolArray:
             last += s - s  # nan stays
         if not (last > NEWTON_LAST_STEP).any():
             break
-    far = np.max(np.abs(x - start) / scale[:, None], axis=0) > FAR
+    far = np.max(np.abs(x - start) / scale[:, None], axis=0) > FAR_START
     good = (last <= NEWTON_LAST_STEP) & ~far
     x[:, ~good] = start[:, ~good]
     return good

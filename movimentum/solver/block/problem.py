@@ -20,7 +20,7 @@ from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, replace
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import ThingAngle
-from movimentum.solver.basis.effort import charge
+from movimentum.solver.basis.effort import charge_effort
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import LEAST_DIVISOR, RANK_OF_ROWS, WISH_DIRECTION_FOUND, WISH_DIRECTION_LOST, WISH_ROUNDING
 
@@ -162,13 +162,13 @@ class BlockProblem:
         """(F, m) residuals of a large block."""
         values = self._coefficients(rows, len(x))
         for d in range(rows.factors.shape[1]):
-            values = values * _extended(x)[:, rows.factors[:, d]]
+            values = values * _with_gap_row(x)[:, rows.factors[:, d]]
         return np.array([np.bincount(rows.row, some, rows.rows) for some in values], dtype=np.float64)
 
     def sparse_slopes(self, rows: SparseRows, x: FloatArray) -> FloatArray:
         """(F, entries) of a large block's Jacobian, in the order of `SparseRows.indices`."""
         coefficients = self._coefficients(rows, len(x))
-        chosen = [_extended(x)[:, rows.factors[:, d]] for d in range(rows.factors.shape[1])]
+        chosen = [_with_gap_row(x)[:, rows.factors[:, d]] for d in range(rows.factors.shape[1])]
         result = np.zeros((len(x), len(rows.indices) + 1))
         for d in range(len(chosen)):
             slope = coefficients
@@ -187,7 +187,7 @@ def _filled(rows: SparseRows, slopes: FloatArray, columns: int) -> FloatArray:
     return result
 
 
-def _extended(x: FloatArray) -> FloatArray:
+def _with_gap_row(x: FloatArray) -> FloatArray:
     return np.concatenate([x, np.ones((len(x), 1))], axis=1)
 
 
@@ -203,13 +203,13 @@ class Damping:
     far: float | FloatArray = np.inf
 
 
-SLIGHT = 0.5
+WEAK_DIRECTION = 0.5
 """Of what an error's own gradient promises, for the speed of the fastest anchor: how much less than that a direction
 may bring and still count as strong.
 """
 
 
-def toward(rows: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
+def damped_least_squares(rows: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
     """The least-squares solution of rows @ step = want, `damped`: as far as the rows let it, bounded where they do
     not.
     """
@@ -251,7 +251,7 @@ def damped(
     part = squares / np.maximum(largest, LEAST_DIVISOR)
     if moves is not None and slopes is not None:
         promised = np.linalg.norm(across @ slopes, axis=-1) * np.max(np.abs(moves @ directions), axis=-2)
-        part = np.minimum(part, np.square(squares / (SLIGHT * np.maximum(promised, LEAST_DIVISOR))))
+        part = np.minimum(part, np.square(squares / (WEAK_DIRECTION * np.maximum(promised, LEAST_DIVISOR))))
     wanted = (across @ want[..., None])[..., 0]
     edge = damping.weak**2
     added = np.hypot(edge, wanted / damping.near) * np.maximum(1.0 - part / edge, 0.0) ** 2
@@ -271,7 +271,7 @@ def scaled(jacobian: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatAr
 
     Counted as one linearization (see `solver.basis.effort`).
     """
-    charge()
+    charge_effort()
     wide = jacobian * scale[..., None, :]
     lengths = np.sqrt(np.einsum("fmn,fmn->fm", wide, wide))
     lengths = np.where(lengths > 0.0, lengths, 1.0)
@@ -297,7 +297,7 @@ def null_space(matrix: FloatArray, tolerance: float = RANK_OF_ROWS) -> tuple[int
     return rank, right[rank:].T, inverse
 
 
-RADIAN = math.degrees(1.0)
+DEGREES_OF_RADIAN = math.degrees(1.0)
 
 
 def scale_of(plan: Plan, unknowns: Sequence[int], size: FloatArray | None = None) -> FloatArray:
@@ -311,7 +311,7 @@ def scale_of(plan: Plan, unknowns: Sequence[int], size: FloatArray | None = None
         sizes.append(
             1.0
             if isinstance(payload, PoseCos | PoseSin)
-            else RADIAN
+            else DEGREES_OF_RADIAN
             if isinstance(payload, ThingAngle | Bearing)
             else 0.0
         )
@@ -328,4 +328,4 @@ def sizes_at(x: FloatArray, scale: FloatArray) -> FloatArray:
     """What errors and steps near core values ``x`` (…, n) are measured in: what is far away changes in proportion to
     that, and an angle, however large, by radians.
     """
-    return np.where(scale == RADIAN, scale, np.maximum(scale, np.abs(x)))
+    return np.where(scale == DEGREES_OF_RADIAN, scale, np.maximum(scale, np.abs(x)))

@@ -17,7 +17,7 @@ from movimentum.tolerances import LEAST_DIVISOR, SINGULAR_FOR_RATES
 
 
 @dataclass(slots=True, eq=False)
-class Moment:
+class SeriesMoment:
     """A plan's unknowns as series at F instants: ``values`` by number, as far as they are known."""
 
     plan: Plan
@@ -63,7 +63,7 @@ class Moment:
         self.values[number] = (*known, value)
 
 
-def differentiated(rows: BlockRows, moment: Moment, depth: int) -> FloatArray:
+def differentiated(rows: BlockRows, moment: SeriesMoment, depth: int) -> FloatArray:
     """Give the unknowns of ``rows`` their derivatives up to order ``depth``; returns (F,) the Jacobian's reciprocal
     condition number.
     """

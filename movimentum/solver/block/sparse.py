@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.structure.metric import Metric
-from movimentum.solver.basis.effort import charge
+from movimentum.solver.basis.effort import charge_effort
 from movimentum.solver.block.problem import BlockProblem, Damping, damped
 from movimentum.tolerances import ROUNDING_OF_SPARSE_TANGENT, ROW_RELAXED, SOFT_ROW_RELAXED, VELOCITY_REFINED
 
 if TYPE_CHECKING:
     from movimentum.planning.structure.linear_rows import SparseRows
 
-REFINEMENTS = 3
+REFINEMENT_STEPS = 3
 
 
 def rows_of(block: Free) -> SparseRows:
@@ -57,7 +57,7 @@ class _Pattern:
         some = np.random.default_rng(1).uniform(0.5, 1.0, len(self.row))
         sample = np.concatenate([self.metric, some, some, np.full(m, -ROW_RELAXED)])
         first: Any = coo_matrix((sample, (at_row, at_column)), shape=(n + m, n + m)).tocsc()
-        factors = factored(first, order="MMD_AT_PLUS_A")
+        factors = factorize(first, order="MMD_AT_PLUS_A")
         self.place = np.arange(n + m) if factors is None else np.asarray(factors.perm_c, dtype=np.intp)
         """(n + m,) where each row and column stands in the order of elimination; ``order`` is its inverse."""
         self.order = np.argsort(self.place)
@@ -72,7 +72,7 @@ def _pattern(block: Free) -> _Pattern:
     return _Pattern(block)
 
 
-def factored(matrix: Any, order: str = "NATURAL") -> Any:
+def factorize(matrix: Any, order: str = "NATURAL") -> Any:
     """The LU factors of a quasi-definite matrix (compressed columns), without looking for pivots; None where it is
     singular. ``order``: of elimination, as SuperLU calls it.
     """
@@ -85,7 +85,7 @@ def factored(matrix: Any, order: str = "NATURAL") -> Any:
         return None
 
 
-class Saddle:
+class SaddlePoint:
     """A `solver.block.linearization.Tangent` by a sparse factorisation; ``slopes`` (entries,) of the Jacobian."""
 
     rounding = ROUNDING_OF_SPARSE_TANGENT
@@ -104,7 +104,7 @@ class Saddle:
         self.rows: Any = csr_matrix((scaled, rows.indices, rows.indptr), shape=(rows.rows, self.size))
         data = np.concatenate([pattern.metric, scaled, scaled, np.full(rows.rows, -ROW_RELAXED)])[pattern.entries]
         matrix: Any = csc_matrix((data, pattern.indices, pattern.indptr), shape=pattern.shape)
-        self.factors = factored(matrix)
+        self.factors = factorize(matrix)
 
     def _solved(self, right: FloatArray) -> FloatArray:
         if self.factors is None or not np.isfinite(right).all():
@@ -112,7 +112,9 @@ class Saddle:
         found = np.asarray(self.factors.solve(right[self.pattern.order]), dtype=np.float64)
         return found[self.pattern.place]
 
-    def least(self, want: FloatArray, pull: FloatArray | None = None, refinements: int = REFINEMENTS) -> FloatArray:
+    def least_velocity(
+        self, want: FloatArray, pull: FloatArray | None = None, refinements: int = REFINEMENT_STEPS
+    ) -> FloatArray:
         """See `solver.block.linearization.Tangent`."""
         wanted = want / self.lengths
         right = np.zeros(self.size + len(wanted))
@@ -132,7 +134,7 @@ class Saddle:
 
     def corrected(self, residual: FloatArray) -> FloatArray:
         """See `solver.block.linearization.Tangent`."""
-        return -self.least(residual, refinements=0)
+        return -self.least_velocity(residual, refinements=0)
 
     def toward(self, v: FloatArray, slopes: FloatArray, want: FloatArray, damping: Damping) -> FloatArray:
         """See `solver.block.linearization.Tangent`."""
@@ -150,10 +152,10 @@ class Saddle:
         return v + (along @ pushed) * self.scale
 
 
-def saddle(problem: BlockProblem, x: FloatArray) -> Saddle:
+def saddle_point(problem: BlockProblem, x: FloatArray) -> SaddlePoint:
     """The block linearised at core values ``x`` (n,) at one instant."""
     block = problem.free_block
-    return Saddle(block, problem.sparse_slopes(rows_of(block), x[None])[0])
+    return SaddlePoint(block, problem.sparse_slopes(rows_of(block), x[None])[0])
 
 
 class QuadraticProgram:
@@ -200,7 +202,7 @@ class QuadraticProgram:
         """The step (n,); nan where the system is singular."""
         from scipy.sparse import coo_matrix
 
-        charge()
+        charge_effort()
         n, m = len(self.gradient), len(self.rows)
         row = np.repeat(n + np.arange(m), [len(places) for places, _ in self.rows])
         column = np.concatenate([places for places, _ in self.rows])
@@ -213,7 +215,7 @@ class QuadraticProgram:
         right = np.concatenate([-self.gradient, self.right])
         if not (np.isfinite(data).all() and np.isfinite(right).all()):
             return np.full(n, np.nan)
-        factors = factored(matrix, "MMD_AT_PLUS_A")
+        factors = factorize(matrix, "MMD_AT_PLUS_A")
         if factors is None:
             return np.full(n, np.nan)
         return np.asarray(factors.solve(right)[:n], dtype=np.float64) * self.scale

@@ -74,7 +74,7 @@ def _jumps(
 ) -> NDArray[np.bool_]:
     """The intervals, as close as nodes get, over which the block's motion jumps."""
     tau, state, clocks = nodes
-    core = closed_form.branch(block, state, clocks, track.sign(tau))[1:]
+    core = closed_form.solve_branch(block, state, clocks, track.sign(tau))[1:]
     close = np.diff(tau) <= 2.0 * FINEST * (path.end - path.begin)
     jumps = np.zeros(len(close), dtype=np.bool_)
     for size, values in zip(track_scale(path.plan, block), core, strict=True):
@@ -108,7 +108,7 @@ def _turns(path: Path, block: Quadratic, track: SignTrack, place: float) -> bool
             continue
         instants = path.instants(points)
         state, sign = path.before(block.number, instants), track.sign(points)
-        both = (closed_form.branch(block, state, instants.clocks, s * sign)[1:] for s in (1.0, -1.0))
+        both = (closed_form.solve_branch(block, state, instants.clocks, s * sign)[1:] for s in (1.0, -1.0))
         sides = [np.stack([np.broadcast_to(v, len(points)) for v in core]) for core in both]
         count = len(POINTS)
         came, goes = (

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from movimentum.arrays import FloatArray, solutions
-from movimentum.solver.basis.effort import tightening
+from movimentum.solver.basis.effort import step_tightening
 from movimentum.solver.block.linearization import Tangent
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.solver.free.velocity import MOST_NODES
@@ -32,21 +32,21 @@ ORDER = 4
 STEPS, STEPS_PER_NODE = 2500, 4
 """So many steps in all and for each of the path's nodes; a motion that needs more is given a hundredth of the accuracy
 each time."""
-STEPS_PER_WAY, MOST_FOR_THE_WAY = 150, 10_000
+STEPS_PER_DISTANCE, MOST_STEPS_FOR_DISTANCE = 150, 10_000
 """Besides, so many for each unit of its scale (a radian) that the motion goes: what goes far is not wild. At most so
 many in all for that."""
 ROUNDS = 3
 """Times that the budget of steps is spent, each time half as much, before accuracy is given up: a motion that is drawn
 by something wild must come to an end too."""
-REFUSED = 3
+REFUSALS_IN_A_ROW = 3
 """Steps in a row that are refused: what the past says is worth nothing then, as at a corner. The path has two points
 there, each with its velocity."""
-MILNE = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
+MILNE_FACTORS = (0.5, 1.0 / 6.0, 0.1, 19.0 / 270.0)
 """By order: the corrector's error as a part of what it changed."""
 
 
 class Integrable(Protocol):
-    """What moves, as `drift` integrates it."""
+    """What moves, as `integrate_free_motion` integrates it."""
 
     def velocity(self, tau: float, x: FloatArray, tangent: Tangent | None = None, after: bool = False) -> FloatArray:
         """The velocity (n,) at ``x`` (n,); ``tangent``: one from near there. ``after``: that of what comes after, if
@@ -59,7 +59,7 @@ class Integrable(Protocol):
         ...
 
 
-def drift(
+def integrate_free_motion(
     motion: Integrable,
     x: FloatArray,
     scale: FloatArray,
@@ -75,13 +75,13 @@ def drift(
     last node, or ends where a step as short as `SHORTEST_PATH_STEP` still fails. ``roughly``: accuracy is given up from
     the beginning, because what drives the motion is not followed closely either.
     """
-    tolerance *= tightening()
+    tolerance *= step_tightening()
     tau, high = float(nodes[0]), float(nodes[-1])
     total = high - tau
     if len(nodes) > MOST_NODES:
         nodes = nodes[np.linspace(0, len(nodes) - 1, MOST_NODES).round().astype(np.intp)]
     budget = STEPS + STEPS_PER_NODE * len(nodes)
-    most = max(budget, MOST_FOR_THE_WAY)
+    most = max(budget, MOST_STEPS_FOR_DISTANCE)
     spent = refused = begun = 0
     stage = ROUNDS if roughly else 0
     hurried = False
@@ -117,8 +117,8 @@ def drift(
             new, good, tangent = motion.restored(instant, predicted)
             new_rate = motion.velocity(instant, new, tangent) if good else np.full_like(x, np.nan)
             corrected = x + _advance([*past, step], [*rates[-order:], new_rate], step)
-            error = MILNE[order - 1] * float(np.max(np.abs(corrected - new) / scale))
-            bend = _bend([*past, step], [*rates[-order:], new_rate], step)
+            error = MILNE_FACTORS[order - 1] * float(np.max(np.abs(corrected - new) / scale))
+            bend = _third_derivative([*past, step], [*rates[-order:], new_rate], step)
             error = max(error, step / 384.0 * float(np.max(np.abs(bend) / scale)))
             if np.isfinite(error) and error <= tolerance:
                 new, good, _ = motion.restored(instant, corrected, tangent)
@@ -130,7 +130,7 @@ def drift(
                 refused += 1
                 known = np.isfinite(error) and error > tolerance
                 length = step * (max(0.2, 0.9 * (tolerance / error) ** (1.0 / (order + 1))) if known else 0.25)
-                if refused >= REFUSED or not np.isfinite(error):
+                if refused >= REFUSALS_IN_A_ROW or not np.isfinite(error):
                     if times[-1] != times[begun]:
                         times.append(tau)
                         values.append(x)
@@ -139,7 +139,7 @@ def drift(
                 continue
             refused = 0
             tau = instant
-            budget = min(most, budget + STEPS_PER_WAY * float(np.max(np.abs(new - x) / scale)))
+            budget = min(most, budget + STEPS_PER_DISTANCE * float(np.max(np.abs(new - x) / scale)))
             x = new
             times.append(tau)
             values.append(x)
@@ -163,7 +163,7 @@ def _advance(times: Sequence[float], rates: Sequence[FloatArray], step: float) -
     return result
 
 
-def _bend(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> FloatArray:
+def _third_derivative(times: Sequence[float], rates: Sequence[FloatArray], step: float) -> FloatArray:
     """The third derivative, by time in units of ``step``, of the polynomial through the last four ``rates``: what the
     cubic between two points of the path, by which it is evaluated, knows nothing of. Zero where there are fewer.
     """

@@ -21,7 +21,7 @@ INITIAL_INTERVALS = 24
 LARGEST_PHASE = 15.0
 """Degrees that any driving angle may turn between two nodes."""
 MAXIMAL_NODES = 400_000
-HOPELESS = 1000
+HOPELESS_FACTOR = 1000
 """Where so many times `MAXIMAL_NODES` would be needed, as many as there may be show no more than a few do."""
 
 
@@ -34,12 +34,12 @@ def first_nodes(begin: float, end: float) -> FloatArray:
     return tau
 
 
-def splits(tau: FloatArray, change: FloatArray, limit: float) -> BoolArray:
+def intervals_to_split(tau: FloatArray, change: FloatArray, limit: float) -> BoolArray:
     """Which intervals of ``tau`` are split, because something changes in them by more than ``limit``."""
     return (np.abs(change) > limit) & (np.diff(tau) > FINEST * (tau[-1] - tau[0]))
 
 
-def between(tau: FloatArray, change: FloatArray, limit: float, split: BoolArray) -> FloatArray:
+def splitting_times(tau: FloatArray, change: FloatArray, limit: float, split: BoolArray) -> FloatArray:
     """The times that split the intervals ``split`` of ``tau``, so that no ``change`` is larger than ``limit``."""
     steps = np.diff(tau)[split]
     parts = np.clip(np.ceil(np.abs(change[split]) / limit), 2, 64).astype(np.int64)
@@ -115,13 +115,13 @@ class Grid:
 
     def refine(self, change: FloatArray, limit: float) -> bool:
         """Split every interval over which something changes by more than ``limit``; True if any was split."""
-        split = splits(self.tau, change, limit)
+        split = intervals_to_split(self.tau, change, limit)
         if not split.any():
             return False
-        if len(self.tau) >= MAXIMAL_NODES or np.sum(np.abs(change[split])) > HOPELESS * MAXIMAL_NODES * limit:
+        if len(self.tau) >= MAXIMAL_NODES or np.sum(np.abs(change[split])) > HOPELESS_FACTOR * MAXIMAL_NODES * limit:
             self.path.resolved = False
             return False
-        more = between(self.tau, change, limit, split)
+        more = splitting_times(self.tau, change, limit, split)
         self.insert(more[: MAXIMAL_NODES - len(self.tau)])
         return True
 
@@ -145,7 +145,7 @@ class Grid:
     def turning(self, plan: Plan, block: Block, until: float) -> FloatArray:
         """The largest change of any of the block's directions between neighbouring nodes before ``until``."""
         state = self.state
-        moving = [state[n] for n in turns(plan, block) if np.ndim(state[n]) > 0]
+        moving = [state[n] for n in direction_unknowns(plan, block) if np.ndim(state[n]) > 0]
         if not moving:
             return np.zeros(len(self.tau) - 1)
         with np.errstate(invalid="ignore"):  # where an input has run away
@@ -154,12 +154,12 @@ class Grid:
         return np.where(self.tau[:-1] < until, change, 0.0) if len(change) == len(self.tau) - 1 else change
 
 
-def turns(plan: Plan, block: Block) -> list[int]:
+def direction_unknowns(plan: Plan, block: Block) -> list[int]:
     """The block's unknowns that are parts of directions."""
     return [n for n in block.unknowns if isinstance(plan.system.unknowns[n].payload, PoseCos | PoseSin)]
 
 
-def ended(path: Path, block: Block, gaps: list[Gap]) -> float:
+def end_of_upstream(path: Path, block: Block, gaps: list[Gap]) -> float:
     """When the first of the blocks that ``block`` depends on comes to the end of its path."""
     if not gaps:
         return np.inf

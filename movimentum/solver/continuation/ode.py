@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from movimentum.arrays import FloatArray
 from movimentum.records import dataclass, replace
-from movimentum.solver.basis.effort import charge, tightening
-from movimentum.solver.continuation.tracks import FlowTrack, PolynomialTrack, Trouble, legendre
+from movimentum.solver.basis.effort import charge_effort, step_tightening
+from movimentum.solver.continuation.tracks import OdeFailure, OdeTrack, PolynomialTrack, legendre
 from movimentum.tolerances import (
     COLLOCATION_LAST_CHANGE,
     COLLOCATION_MET,
@@ -38,23 +38,23 @@ from movimentum.tolerances import (
 
 STAGES = 16
 """Points in a step. The states are polynomials of this degree, and their order at a step's end is twice that."""
-TIGHTEST = 0.1
+LEAST_TIGHTENING = 0.1
 """Of `STATE_STEP`: what that is tightened to, at most."""
-SWITCHES = 12
+SHORT_STEPS_OF_SWITCHING = 12
 """So many of the shortest steps within `SWITCHES_AT_ONCE`: something switches to and fro."""
-MOST_STEPS, MANY = 20_000, 32
+MOST_STEPS, MANY_STATES = 20_000, 32
 """Steps that are tried, and from how many states on they are fewer (by the square)."""
 FIRST, LONGEST, LONGEST_NODES = 0.01, 0.125, 32
 """Of the interval: the first step, and the longest; and how many of the path's nodes it may pass."""
 NEWTON_STEPS, SIMPLIFIED_STEPS, PLAIN_STEPS = 12, 50, 30
-DENSE = 64
+LARGEST_DENSE_STEP = 64
 """Unknowns of a step up to which all are solved for at once, with a Jacobian of each point. Larger systems are solved
 with one Jacobian a step."""
-GROWN = 100.0
+RUNAWAY_GROWTH = 100.0
 """Times what it was before: a state that grows so much within `RUNAWAY_TIME` runs away."""
-HUGE = 1e100
+AT_INFINITY = 1e100
 """What is larger is as good as at infinity."""
-TWIN = 0.7
+ERROR_STEP_RATIO = 0.7
 """Steps of the second solution, which estimates the error, for each of the first."""
 
 
@@ -80,7 +80,7 @@ class _Points:
 
 
 @cache
-def points() -> _Points:
+def radau_points() -> _Points:
     """The points of Radau, as eigenvalues (Golub 1973, *Some modified matrix eigenvalue problems*)."""
     s = STAGES
     k = np.arange(1.0, s)
@@ -114,7 +114,7 @@ def _integrals(u: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Slopes:
+class RateFunctions:
     """The equation at F instants: ``rates`` gives, from states (F, p) and core values near by (F, n), the core (F, n)
     and the states' rates (F, p), nan where there is no solution. ``slopes`` gives the derivatives (F, p, p) of the
     rates by the states; of V systems side by side in p, which have nothing to do with each other, (F, V, p/V, p/V).
@@ -126,7 +126,7 @@ class Slopes:
     noise: Callable[[FloatArray, FloatArray], FloatArray]
 
 
-Equation = Callable[[FloatArray], Slopes]
+Equation = Callable[[FloatArray], RateFunctions]
 """The equation at the given times (F,)."""
 
 
@@ -144,7 +144,7 @@ class _Step:
     error: float
 
 
-class Flow:
+class Collocation:
     """The solution of an equation from ``low`` to ``high``, step by step. ``nodes`` are the path's, ``scale`` (n,) the
     core's natural sizes.
     """
@@ -158,28 +158,28 @@ class Flow:
         self._factor, self._systems = factor, systems
         self._low, self._high = float(nodes[0]), float(nodes[-1])
         self._total = self._high - self._low
-        self._points = points()
+        self._points = radau_points()
         self._stiff = np.inf  # from such steps on, large systems need a Jacobian; shorter ones are solved by iteration
 
-    def track(self, x: FloatArray, z: FloatArray, until: float) -> FlowTrack:
+    def track(self, x: FloatArray, z: FloatArray, until: float) -> OdeTrack:
         """From core values ``x`` (n,) and states ``z`` (p,) at the first node to ``until``, the last node, or where
         there is no solution any more.
         """
         total, tau = self._total, self._low
         times = [tau]
         found: list[_Step] = []
-        switches = [-np.inf] * SWITCHES
-        trouble = Trouble.NONE
+        switches = [-np.inf] * SHORT_STEPS_OF_SWITCHING
+        failure = OdeFailure.NONE
         x, rate = self._at(tau, x, z)
         z0, largest = z, np.abs(z)
         length = FIRST * total
-        left = MOST_STEPS / (1.0 + (len(z) / self._systems / MANY) ** 2)
+        left = MOST_STEPS / (1.0 + (len(z) / self._systems / MANY_STATES) ** 2)
         noise: FloatArray | None = None  # is asked where a step fails: rates of a system in balance are nothing else
         while tau < self._high and tau < until and np.isfinite(rate).all():
-            charge()
+            charge_effort()
             left -= 1
             if left < 0:
-                trouble = Trouble.WORK
+                failure = OdeFailure.WORK
                 break
             place = min(int(np.searchsorted(self._nodes, tau, side="right")) + LONGEST_NODES, len(self._nodes) - 1)
             longest = min(LONGEST * total, float(self._nodes[place]) - tau, self._high - tau)
@@ -197,7 +197,7 @@ class Flow:
                 switches = [*switches[1:], tau]
                 fast = np.any(np.abs(rate) * SWITCHES_AT_ONCE * total > largest)
                 if tau - switches[0] < SWITCHES_AT_ONCE * total and not fast:
-                    trouble = Trouble.SWITCHES
+                    failure = OdeFailure.SWITCHES
                     break
                 one = self._straight(tau, step, x, z, rate)
             if not np.isfinite(one.states).all():  # it leads nowhere
@@ -208,14 +208,14 @@ class Flow:
             found.append(one)
             largest = np.maximum(largest, np.abs(z))
             length = step / self._factor * min(4.0, 0.9 * max(one.error, LEAST_STATE_ERROR) ** (-1.0 / STAGES))
-        early = tau < self._high and tau < until and trouble is not Trouble.WORK
+        early = tau < self._high and tau < until and failure is not OdeFailure.WORK
         if early and found and _runs_away(np.array(times), np.array([z0, *(one.z for one in found)]), total):
-            trouble = Trouble.AWAY
+            failure = OdeFailure.AWAY
         if not found:
-            return FlowTrack(PolynomialTrack.still(tau, x), PolynomialTrack.still(tau, z), trouble=trouble)
+            return OdeTrack(PolynomialTrack.still(tau, x), PolynomialTrack.still(tau, z), failure=failure)
         nodes, end = np.array(times), tau if tau < self._high and tau < until else max(until, self._high)
         cores, states = np.array([one.core for one in found]), np.array([one.states for one in found])
-        return FlowTrack(PolynomialTrack(nodes, cores, end), PolynomialTrack(nodes, states, end), trouble=trouble)
+        return OdeTrack(PolynomialTrack(nodes, cores, end), PolynomialTrack(nodes, states, end), failure=failure)
 
     def _at(self, tau: float, x: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The core (n,) and the states' rates (p,) at one instant."""
@@ -254,7 +254,7 @@ class Flow:
         cores = p.core @ np.concatenate([x[None], core])
         expected = p.core_values @ cores
         test, slope = self._equation(tau + step * p.between).rates(z + step * (p.totals @ slopes), expected)
-        tolerance = STATE_STEP * max(tightening(), TIGHTEST)
+        tolerance = STATE_STEP * max(step_tightening(), LEAST_TIGHTENING)
         off = float(np.max(np.abs(slope - p.values @ slopes) * step / (tolerance * size)))
         early = (
             rate - legendre(-np.ones(1), STAGES)[0] @ slopes
@@ -272,11 +272,11 @@ class Flow:
         return _Step(coefficients, cores, states[-1], core[-1], rates[-1], error)
 
     def _collocated(
-        self, equation: Slopes, step: float, x: FloatArray, states: FloatArray, z: FloatArray, size: FloatArray
+        self, equation: RateFunctions, step: float, x: FloatArray, states: FloatArray, z: FloatArray, size: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """The core (s, n), the states' rates (s, p) and the states at the points; None where they are not found."""
         matrix = step * self._points.matrix
-        dense, far = self._systems == 1 and STAGES * len(z) <= DENSE, np.inf
+        dense, far = self._systems == 1 and STAGES * len(z) <= LARGEST_DENSE_STEP, np.inf
         if not dense and step < self._stiff:
             if (found := self._iterated(equation, matrix, x, states, z, size)) is not None:
                 return found
@@ -304,7 +304,13 @@ class Flow:
         return None
 
     def _iterated(
-        self, equation: Slopes, matrix: FloatArray, x: FloatArray, states: FloatArray, z: FloatArray, size: FloatArray
+        self,
+        equation: RateFunctions,
+        matrix: FloatArray,
+        x: FloatArray,
+        states: FloatArray,
+        z: FloatArray,
+        size: FloatArray,
     ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """The same without a Jacobian: for short steps the changes fall as those of a power series do."""
         changes: list[float] = []
@@ -349,25 +355,25 @@ def _runs_away(times: FloatArray, states: FloatArray, total: float) -> bool:
     """Whether a state (K, p) grows without end before the last of ``times`` (K,)."""
     largest = np.max(np.abs(states), axis=1)
     long_before = largest[times <= times[-1] - RUNAWAY_TIME * total]
-    return bool(len(long_before) and largest[-1] > min(GROWN * np.max(long_before), HUGE))
+    return bool(len(long_before) and largest[-1] > min(RUNAWAY_GROWTH * np.max(long_before), AT_INFINITY))
 
 
-def flow(
+def integrate_equation(
     equation: Equation, nodes: FloatArray, scale: FloatArray, x: FloatArray, z: FloatArray, until: float
-) -> FlowTrack:
+) -> OdeTrack:
     """Integrate ``equation`` from core values ``x`` (n,) and states ``z`` (p,) at ``nodes[0]``.
 
     It is solved a second time with other steps: by what the two differ the error is told.
     """
-    track = Flow(equation, nodes, scale).track(x, z, until)
-    if track.trouble is Trouble.WORK:
+    track = Collocation(equation, nodes, scale).track(x, z, until)
+    if track.failure is OdeFailure.WORK:
         return track
     times = track.states.tau
-    twin = Flow(equation, nodes, scale, TWIN).track(x, z, min(until, track.states.until))
+    twin = Collocation(equation, nodes, scale, ERROR_STEP_RATIO).track(x, z, min(until, track.states.until))
     one, other = track.states.guess(times), twin.states.guess(times)
     sizes = np.maximum(np.max(np.abs(one), axis=1, keepdims=True), LEAST_DIVISOR)
     sizes = np.maximum(sizes, SMALL_STATE_ERROR * np.max(sizes))
     errors = np.max(np.abs(one - other) / sizes, axis=0)
-    if track.trouble is Trouble.AWAY:  # beside a pole, any difference of its time is as large as all
+    if track.failure is OdeFailure.AWAY:  # beside a pole, any difference of its time is as large as all
         errors[times > times[-1] - RUNAWAY_TIME * (nodes[-1] - nodes[0])] = 0.0
     return replace(track, times=times, errors=errors)

@@ -19,7 +19,7 @@ from movimentum.arrays import FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Block, Integral, Newton
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
-from movimentum.solver.basis.memory import code_of
+from movimentum.solver.basis.block_memo import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
@@ -33,23 +33,23 @@ from movimentum.tolerances import (
     NEAREST_NODE_AT_POLE,
 )
 
-FAR = 1e8
+INFINITY_DISTANCE = 1e8
 """Of the scene's size: what is farther away than that is as good as at infinity; rounding there is a pixel's 1e-6."""
-AWAY = 1e6
+RUNAWAY_DISTANCE = 1e6
 """Of its scale: what comes farther away than that before its path ends runs away; where iteration is lost in rounding.
 """
 ROUNDS, SAMPLES = 26, 9
-BESIDE = np.geomspace(NEAREST_GROWTH_AT_POLE, FARTHEST_GROWTH_AT_POLE, 17)
+GROWTH_OFFSETS = np.geomspace(NEAREST_GROWTH_AT_POLE, FARTHEST_GROWTH_AT_POLE, 17)
 """Of the way to the next nodes: where the growth beside a pole is looked at."""
-GROWTH = 0.25
+LEAST_POLE_POWER = 0.25
 """The least power with which a pole grows; what is smooth has -1."""
-NODES = np.geomspace(NEAREST_NODE_AT_POLE, 1.0, 28)[:-1]
+NODE_OFFSETS = np.geomspace(NEAREST_NODE_AT_POLE, 1.0, 28)[:-1]
 """Of the way to the next nodes: nodes beside a pole, between which nothing changes by more than about 2."""
-NEAREST = np.geomspace(NEAREST_LOOK_AT_POLE, 1.0, 105)
+DISTANCE_OFFSETS = np.geomspace(NEAREST_LOOK_AT_POLE, 1.0, 105)
 """Of the way to the next nodes: where is looked at how far something is."""
 
 
-def vanishing(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]:
+def vanishing_divisors(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]:
     """The times at which something that ``block`` divides by is zero, ascending, and for each how far it is to the
     nearest node; nodes are put beside them.
     """
@@ -68,15 +68,15 @@ def vanishing(path: Path, grid: Grid, block: Block) -> list[tuple[float, float]]
 
             found.update(_zeros(size, grid.tau, row))
     if found:
-        beside = [place + side * width * NODES for place, width in found for side in (-1.0, 1.0)]
+        beside = [place + side * width * NODE_OFFSETS for place, width in found for side in (-1.0, 1.0)]
         nodes = np.unique(np.concatenate(beside))
         grid.insert(nodes[(nodes > path.begin) & (nodes < path.end)])
     return sorted(found)
 
 
-def runaways(path: Path, block: Block, places: Sequence[tuple[float, float]]) -> list[Gap]:
-    """The first pole of a block in closed form among ``places`` (see `vanishing`): the time about it in which
-    something is farther away than `FAR`.
+def first_runaway(path: Path, block: Block, places: Sequence[tuple[float, float]]) -> list[Gap]:
+    """The first pole of a block in closed form among ``places`` (see `vanishing_divisors`): the time about it in which
+    something is farther away than `INFINITY_DISTANCE`.
     """
     if not block.closed_form:
         return []
@@ -92,8 +92,8 @@ def pole_ahead(path: Path, block: Newton, track: NodeTrack, scale: FloatArray) -
     """
     size = np.abs(track.values) / scale
     n = int(np.argmax(size[-1]))
-    some = np.nonzero(size[:, n] <= AWAY)[0][-2:]
-    if not size[-1, n] > AWAY or len(some) < 2:
+    some = np.nonzero(size[:, n] <= RUNAWAY_DISTANCE)[0][-2:]
+    if not size[-1, n] > RUNAWAY_DISTANCE or len(some) < 2:
         return None
     with np.errstate(all="ignore"):
         a, b = (track.values[some, n] / track.rates[some, n]).tolist()
@@ -153,15 +153,17 @@ def _pole(path: Path, block: Block, place: float, width: float) -> Gap | None:
     reach, grows = 0.0, False
     unknowns = [n for n in block.unknowns if not isinstance(path.plan.system.unknowns[n].payload, PoseCos | PoseSin)]
     for side in (-1.0, 1.0):
-        beside, near = (_values(path, block, unknowns, place + side * width * part) for part in (BESIDE, NEAREST))
+        beside, near = (
+            _values(path, block, unknowns, place + side * width * part) for part in (GROWTH_OFFSETS, DISTANCE_OFFSETS)
+        )
         for n, values, nearer in zip(unknowns, beside, near, strict=True):
             steps = np.diff(values)
-            power = np.log(abs(steps[0] / steps[-1])) / np.log(BESIDE[-1] / BESIDE[0])
-            if power > GROWTH and (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            power = np.log(abs(steps[0] / steps[-1])) / np.log(GROWTH_OFFSETS[-1] / GROWTH_OFFSETS[0])
+            if power > LEAST_POLE_POWER and (np.all(steps > 0.0) or np.all(steps < 0.0)):
                 grows = True
                 is_place = isinstance(path.plan.system.unknowns[n].payload, PoseX | PoseY)
-                far = np.abs(nearer) > FAR * (path.plan.size if is_place else abs(values[-1]))
-                reach = max(reach, width * float(np.max(NEAREST[far], initial=0.0)))
+                far = np.abs(nearer) > INFINITY_DISTANCE * (path.plan.size if is_place else abs(values[-1]))
+                reach = max(reach, width * float(np.max(DISTANCE_OFFSETS[far], initial=0.0)))
     if not grows:
         return None
     reach = max(reach, LEAST_POLE_WIDTH * max(abs(place), abs(float(path.segment_start) + place)))
@@ -179,9 +181,9 @@ def _values(path: Path, block: Block, unknowns: Sequence[int], tau: FloatArray) 
 INNER, OUTER = 16.0, 256.0
 """Widths of the finest interval at which the growth is measured: there the place of the pole is known well enough."""
 LEAST_POWER = 0.97
-MOST = 64
+MOST_PLACES = 64
 """Places that are looked at."""
-STEPS = 17
+INTEGRAND_PLACES = 17
 """Places beside a pole at which its integrand only falls. Where something cancels, rounding grows as fast, but up and
 down.
 """
@@ -191,7 +193,7 @@ def first_pole(path: Path, block: Integral, low: FloatArray, high: FloatArray) -
     """The first pole of an integral's integrand in the intervals [low, high] (each of the finest width), in which
     quadrature does not settle; None where all is integrable.
     """
-    for a, b in list(zip(low.tolist(), high.tolist(), strict=True))[:MOST]:
+    for a, b in list(zip(low.tolist(), high.tolist(), strict=True))[:MOST_PLACES]:
         width = b - a
         # beside the pole itself quadrature may happen to settle, by symmetry
         place = _steepest(path, block, max(path.begin, a - 2.0 * width), min(path.end, b + 2.0 * width))
@@ -202,7 +204,9 @@ def first_pole(path: Path, block: Integral, low: FloatArray, high: FloatArray) -
         if not (near > 0.0 and far > 0.0 and np.isfinite(near)):
             continue
         grows = np.log(near / far) / np.log(OUTER / INNER) > LEAST_POWER
-        if grows and _steady(_integrand(path, block, place + side * width * np.geomspace(INNER, OUTER, STEPS))):
+        if grows and _steady(
+            _integrand(path, block, place + side * width * np.geomspace(INNER, OUTER, INTEGRAND_PLACES))
+        ):
             return place
     return None
 

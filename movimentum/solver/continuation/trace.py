@@ -1,8 +1,8 @@
 """Following one Newton block without freedom along its path.
 
-`trace` takes the nodes of a smooth interval together (`strides`), and goes by single steps (`steps`) elsewhere. Either
-way the Jacobian's determinant keeps its sign. Steps shrink where one does not count, and try to reach across a singular
-point (a change point) with the velocity they came with.
+`trace_path` takes the nodes of a smooth interval together (`strides`), and goes by single steps (`steps`) elsewhere.
+Either way the Jacobian's determinant keeps its sign. Steps shrink where one does not count, and try to reach across a
+singular point (a change point) with the velocity they came with.
 """
 
 from __future__ import annotations
@@ -12,9 +12,15 @@ import numpy as np
 from movimentum.arrays import FloatArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import replace
-from movimentum.solver.block.local import Local, PlaceOn, Probe
-from movimentum.solver.continuation.singular import SingularPose, before_kink, displacement, past_kink, path_end
-from movimentum.solver.continuation.steps import WINDOW, Standing, attempt, initial_bend, strides
+from movimentum.solver.block.block_at_instant import BlockAtInstant, OutlinePlace, Probe
+from movimentum.solver.continuation.singular_poses import (
+    SingularPose,
+    before_kink,
+    displacement_between,
+    past_kink,
+    path_end,
+)
+from movimentum.solver.continuation.steps import NODES_AT_A_TIME, PathPoint, initial_bend, strides, try_step
 from movimentum.solver.continuation.tracks import NodeTrack, node_track
 from movimentum.tolerances import (
     AWAY_FROM_SINGULAR,
@@ -33,12 +39,12 @@ from movimentum.tolerances import (
 )
 
 STEPS_BACK = 200
-SHORTEST_REST = 4
+SINGLE_STEP_NODES = 4
 """Nodes to which a path goes by single steps where it was not smooth, before it strides again; twice as many each time.
 """
 
 
-def trace(
+def trace_path(
     block: Newton,
     probe: Probe,
     x: FloatArray,
@@ -47,7 +53,7 @@ def trace(
     until: float,
     rate: FloatArray | None = None,
     sizes: FloatArray | None = None,
-    places: tuple[PlaceOn, ...] = (),
+    places: tuple[OutlinePlace, ...] = (),
 ) -> NodeTrack:
     """Follow the path from core values ``x`` at ``nodes[0]`` through (at least) ``nodes``, as far as ``until`` at most.
 
@@ -56,7 +62,7 @@ def trace(
     """
     low, high = float(nodes[0]), float(nodes[-1])
     total = high - low
-    local = Local(
+    local = BlockAtInstant(
         block,
         probe,
         RATE_DIFFERENCE_ON_PATH * max(total / max(len(nodes) - 1, 1), LEAST_DIVISOR),
@@ -66,8 +72,8 @@ def trace(
         places,
     )
     v, smallest = local.rate(low, x, scale)
-    here = Standing(low, x, v if rate is None or smallest >= AWAY_FROM_SINGULAR else rate, np.zeros_like(x))
-    walk = _Walk(local, scale, nodes, here)
+    here = PathPoint(low, x, v if rate is None or smallest >= AWAY_FROM_SINGULAR else rate, np.zeros_like(x))
+    walk = _PathWalk(local, scale, nodes, here)
     if smallest < AWAY_FROM_SINGULAR:
         if not walk.depart(carried=rate is not None):
             return walk.track(low)
@@ -84,16 +90,16 @@ def trace(
     return walk.track(max(until, high))
 
 
-class _Walk:
+class _PathWalk:
     """A path as far as it has been followed. ``here``: its last point; ``side``: its Jacobian's orientation."""
 
-    def __init__(self, local: Local, scale: FloatArray, nodes: FloatArray, here: Standing) -> None:
+    def __init__(self, local: BlockAtInstant, scale: FloatArray, nodes: FloatArray, here: PathPoint) -> None:
         self.local, self.scale, self.nodes, self.here = local, scale, nodes, here
         self.total = float(nodes[-1] - nodes[0])
         self.times, self.values, self.rates = [here.tau], [here.x], [here.v]
         self.side = local.orientation(here.tau, here.x, scale)
         self.length = float(nodes[1] - nodes[0])
-        self._resting, self._rest = 0, SHORTEST_REST
+        self._resting, self._rest = 0, SINGLE_STEP_NODES
 
     def track(self, until: float) -> NodeTrack:
         """What has been followed, as that of a path that ends at ``until``."""
@@ -103,7 +109,7 @@ class _Walk:
         """Measure the acceleration with which the path begins."""
         bend = initial_bend(self.local, self.here, self.length, self.scale)
         if bend is not None:
-            self.here = replace(self.here, bend=bend)
+            self.here = replace(self.here, acceleration=bend)
 
     def depart(self, *, carried: bool) -> bool:
         """Leave a singular pose: to the first point of a path from there that is far enough away for the block to tell
@@ -111,12 +117,12 @@ class _Walk:
         path leaves it.
         """
         pose = SingularPose.at(self.local, self.here.tau, self.here.x, self.scale)
-        landing, ends = _departed(self.local, self.here, self.total, self.scale, pose, carried=carried)
+        landing, ends = _depart_singular_pose(self.local, self.here, self.total, self.scale, pose, carried=carried)
         if landing is not None:
             self.length = landing.tau - self.here.tau
             if pose is not None and not carried:
                 self.rates[0] = (landing.x - self.here.x) / self.length
-            self._came_to(landing)
+            self._step_to(landing)
             self.side = self.local.orientation(landing.tau, landing.x, self.scale)
         return not ends
 
@@ -133,10 +139,10 @@ class _Walk:
             self.times += passed.times.tolist()
             self.values += list(passed.values)
             self.rates += list(passed.rates)
-            self.here = Standing(self.times[-1], self.values[-1], self.rates[-1], passed.bend)
+            self.here = PathPoint(self.times[-1], self.values[-1], self.rates[-1], passed.bend)
             self.length = float(self.nodes[number + count] - self.nodes[number + count - 1])
-        if count >= WINDOW - 1 or count >= len(ahead) - 1:
-            self._rest = SHORTEST_REST
+        if count >= NODES_AT_A_TIME - 1 or count >= len(ahead) - 1:
+            self._rest = SINGLE_STEP_NODES
         else:
             self._resting, self._rest = number + count + self._rest, 2 * self._rest
 
@@ -144,37 +150,39 @@ class _Walk:
         """One step, as far as ``target`` at most; False where the path comes to its end."""
         while True:
             length = min(self.length, target - self.here.tau)
-            landing = attempt(self.local, self.here, length, self.scale, self.side)
+            landing = try_step(self.local, self.here, length, self.scale, self.side)
             if landing is not None:
                 break
             if length <= SHORTEST_PATH_STEP * self.total:
                 landing = past_kink(self.local, self.here, self.total, self.scale, self.side)
                 if landing is not None:
                     break
-                landing = _across(self.local, self.total, self.times, self.values, self.rates, self.scale)
+                landing = _across_singular_point(
+                    self.local, self.total, self.times, self.values, self.rates, self.scale
+                )
                 if landing is None:
                     return False
                 self.side = 0.0
                 break
             self.length = before_kink(self.local, self.here, length)
         self.length = landing.growth * (landing.tau - self.here.tau)
-        self._came_to(landing)
+        self._step_to(landing)
         self.side = self.side or self._orientation(landing)
         return True
 
-    def _came_to(self, landing: Standing) -> None:
+    def _step_to(self, landing: PathPoint) -> None:
         self.here = landing
         self.times.append(landing.tau)
         self.values.append(landing.x)
         self.rates.append(landing.v)
 
-    def _orientation(self, there: Standing) -> float:
+    def _orientation(self, there: PathPoint) -> float:
         return self.local.orientation(there.tau, there.x, self.scale)
 
 
-def _departed(
-    local: Local, here: Standing, total: float, scale: FloatArray, pose: SingularPose | None, *, carried: bool
-) -> tuple[Standing | None, bool]:
+def _depart_singular_pose(
+    local: BlockAtInstant, here: PathPoint, total: float, scale: FloatArray, pose: SingularPose | None, *, carried: bool
+) -> tuple[PathPoint | None, bool]:
     """The first point of a path that leaves the singular pose ``here``, far enough from there for the block to tell its
     velocity; and whether it is certain that no path does.
     """
@@ -189,10 +197,10 @@ def _departed(
             points, certain = pose.later(tau)
             found |= len(points) > 0
             ends = certain and not found
-        landings: list[Standing] = []
+        landings: list[PathPoint] = []
         for x in points:
             v, smallest = local.rate(tau, x, scale)
-            landing = Standing(tau, x, v, np.zeros_like(v))
+            landing = PathPoint(tau, x, v, np.zeros_like(v))
             if smallest <= (SINGULAR_ON_PATH if pose is None else DEPARTED_FROM_SINGULAR):
                 continue
             if pose.begins(tau, x) if pose is not None else _leads_back(local, landing, here.tau, total, scale):
@@ -200,7 +208,7 @@ def _departed(
         if landings and carried:
             return min(landings, key=lambda landing: float(np.max(np.abs(landing.x - predicted) / scale))), False
         if landings:
-            ways = [displacement(local, here.tau, here.x, tau, landing.x) for landing in landings]
+            ways = [displacement_between(local, here.tau, here.x, tau, landing.x) for landing in landings]
             # of two that mirror each other, the same one in every order of the statements
             least = min(float(way @ way) for way in ways) * (1.0 + DEPARTURES_MIRRORED)
             nearest = [i for i, way in enumerate(ways) if float(way @ way) <= least]
@@ -209,14 +217,14 @@ def _departed(
     return None, ends
 
 
-def _across(
-    local: Local,
+def _across_singular_point(
+    local: BlockAtInstant,
     total: float,
     times: list[float],
     values: list[FloatArray],
     rates: list[FloatArray],
     scale: FloatArray,
-) -> Standing | None:
+) -> PathPoint | None:
     """Past a singular point, along the motion's own continuation: a jump whose landing agrees with it in place and
     velocity.
 
@@ -239,7 +247,7 @@ def _across(
             off = float(np.max(np.abs(landed - predicted) / scale))
             new_v, smallest = local.rate(tau + jump, landed, scale)
             change = float(np.max(np.abs(new_v - v - h * a) / scale))
-            landing = Standing(tau + jump, landed, new_v, (new_v - rates[-1]) / jump, strain=0.0)
+            landing = PathPoint(tau + jump, landed, new_v, (new_v - rates[-1]) / jump, strain=0.0)
             if (
                 off <= 0.05 * moved + LANDING_PLACE_ROUNDING
                 and smallest > SINGULAR_ON_PATH
@@ -251,7 +259,7 @@ def _across(
     return None
 
 
-def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale: FloatArray) -> bool:
+def _leads_back(local: BlockAtInstant, landing: PathPoint, tau: float, total: float, scale: FloatArray) -> bool:
     """Whether the path through ``landing``, followed backwards, comes as near to the singular point at ``tau`` as
     rounding lets it.
 
@@ -261,12 +269,12 @@ def _leads_back(local: Local, landing: Standing, tau: float, total: float, scale
     hole = CROSSING_BLURRED * min(total, 1.0 / max(float(np.max(np.abs(landing.v) / scale)), LEAST_DIVISOR))
     side = local.orientation(landing.tau, landing.x, scale)
     length = 0.5 * (landing.tau - tau)
-    here = replace(landing, bend=np.zeros_like(landing.v))
+    here = replace(landing, acceleration=np.zeros_like(landing.v))
     for _ in range(STEPS_BACK):
         if here.tau - tau <= hole:
             return True
         length = min(length, here.tau - tau - 0.5 * hole)
-        step = attempt(local, here, -length, scale, side)
+        step = try_step(local, here, -length, scale, side)
         if step is None:
             length *= 0.5
             if length <= SHORTEST_PATH_STEP * total:

@@ -215,7 +215,7 @@ class PolynomialTrack:
         return np.einsum("fd,fdn->nf", legendre(u, self.coefficients.shape[1]), self.coefficients[j])
 
 
-class Trouble(StrEnum):
+class OdeFailure(StrEnum):
     """Why the integration of a differential equation was given up: its rates switch to and fro without end, it takes
     too many steps, or a state runs away to infinity.
     """
@@ -227,9 +227,9 @@ class Trouble(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FlowTrack:
+class OdeTrack:
     """A block with states: the track of its core, and that of the states. ``errors`` (K,) at ``times`` (K,): the
-    largest error of any state so far, relative to the state's largest value. ``trouble``: why it ends, if not for want
+    largest error of any state so far, relative to the state's largest value. ``failure``: why it ends, if not for want
     of a solution.
     """
 
@@ -237,7 +237,7 @@ class FlowTrack:
     states: PolynomialTrack | NodeTrack
     times: FloatArray = field(default_factory=lambda: np.zeros(0))
     errors: FloatArray = field(default_factory=lambda: np.zeros(0))
-    trouble: Trouble = Trouble.NONE
+    failure: OdeFailure = OdeFailure.NONE
 
     @property
     def key(self) -> Hashable:
@@ -249,7 +249,7 @@ def _bytes(*arrays: FloatArray) -> tuple[bytes, ...]:
     return tuple(array.tobytes() for array in arrays)
 
 
-Track = FlowTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
+Track = OdeTrack | StillTrack | SignTrack | NodeTrack | AngleTrack | TotalTrack | None
 
 
 class Path(Protocol):

@@ -12,8 +12,8 @@ from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
-from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.block.problem import BlockProblem, Damping, null_space, scaled, toward
+from movimentum.solver.basis.pose_state import PoseState
+from movimentum.solver.block.problem import BlockProblem, Damping, damped_least_squares, null_space, scaled
 from movimentum.tolerances import (
     CURVATURE_OF_CONSTRAINTS,
     INDIFFERENT_TO_WISHES,
@@ -29,13 +29,13 @@ STEPS = (0.3, 0.07, 0.02)
 """In units of the unknowns' scale: the longest step toward the pose to begin with, and shorter ones for where that
 leaps to another side of an inequality.
 """
-TO_BEGIN = Damping(weak=WEAK_WISH_AT_FIRST)
+START_DAMPING = Damping(weak=WEAK_WISH_AT_FIRST)
 """Where a path begins, wishes are followed into weak directions too: steps are limited there anyway."""
-LEAPS, SHORTER, LONGER = 30, 0.7, 1.1
+UNLIMITED_STEPS, STEP_SHRINK, STEP_GROWTH = 30, 0.7, 1.1
 """So many steps may be as long as they like. After that, one that goes back on the one before is at most so long a part
 of it, and any other so many times as long.
 """
-FLAT = 0.05
+LEAST_CURVATURE = 0.05
 """Of the metric: what curvature leaves of it at the least."""
 
 
@@ -82,7 +82,7 @@ class Turn:
         return self.across(self.cosine.at(x), self.sine.at(x))
 
 
-def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: Carry) -> list[Turn]:
+def turns_of(plan: Plan, problem: BlockProblem, things: set[int], carry: PoseState) -> list[Turn]:
     """The directions of the ``things`` whose directions the block finds; they begin from the pose carried over."""
     block = problem.free_block
     offsets: dict[int, float] = {}
@@ -133,7 +133,7 @@ def _turn_metric(x: FloatArray, fresh: Sequence[Turn], metric: FloatArray) -> Fl
     return result
 
 
-def least(
+def least_pose(
     problem: BlockProblem,
     start: FloatArray,
     turns: Sequence[Turn],
@@ -173,7 +173,7 @@ def _dense_least(
         residual, jacobian = problem.residual(x[None]), problem.jacobian(x[None])
         if not np.isfinite(residual).all() or not np.isfinite(jacobian).all():
             return None
-        off, extra = _held_turns(held, x)
+        off, extra = _fixed_turns(held, x)
         rows, lengths = scaled(np.concatenate([jacobian[0], extra])[None], scale)
         right = np.concatenate([residual[0], off]) / lengths[0]
         _, free, inverse = null_space(rows[0])
@@ -186,7 +186,7 @@ def _dense_least(
             longest = 0.5 * longest if off > nearest else min(most, 1.2 * longest)
             nearest = min(nearest, off)
             along = wish_rows @ free
-            restore = restore + free @ toward(along, -(errors + wish_rows @ restore), TO_BEGIN)
+            restore = restore + free @ damped_least_squares(along, -(errors + wish_rows @ restore), START_DAMPING)
             _, indifferent, _ = null_space(
                 along / max(float(np.max(np.abs(along), initial=0.0)), LEAST_DIVISOR), INDIFFERENT_TO_WISHES
             )
@@ -206,9 +206,9 @@ def _dense_least(
         size = float(np.max(np.abs(step) / scale, initial=0.0))
         if not np.isfinite(size):
             return None
-        if not len(wished) and k >= LEAPS:  # steps that lead to and fro: shorter ones settle
+        if not len(wished) and k >= UNLIMITED_STEPS:  # steps that lead to and fro: shorter ones settle
             back = np.dot(step / scale, last / scale) < 0.0
-            longest = min(most, longest * (SHORTER if back else LONGER))
+            longest = min(most, longest * (STEP_SHRINK if back else STEP_GROWTH))
         last = step
         x = x + step * min(1.0, longest / max(size, LEAST_DIVISOR))
         if size < LEAST_POSE_DENSE:
@@ -241,10 +241,10 @@ def _with_curvature(
     except np.linalg.LinAlgError:
         return metric
     turned: FloatArray = root @ axes
-    return np.asarray((turned * np.maximum(np.abs(values), FLAT)) @ turned.T, dtype=np.float64)
+    return np.asarray((turned * np.maximum(np.abs(values), LEAST_CURVATURE)) @ turned.T, dtype=np.float64)
 
 
-def _held_turns(held: Sequence[tuple[Turn, float]], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _fixed_turns(held: Sequence[tuple[Turn, float]], x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """For turns that keep their angle: how far each is off, (h,), and its derivatives, (h, n)."""
     slopes_of = np.zeros((len(held), len(x)))
     off = np.zeros(len(held))

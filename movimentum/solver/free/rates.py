@@ -13,13 +13,13 @@ from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
-from movimentum.solver.arithmetic.evaluation import ordered
+from movimentum.solver.arithmetic.evaluation import ordered_nodes
 from movimentum.solver.arithmetic.taylor import coefficient
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.linearization import DenseTangent, tangent_at
 from movimentum.solver.block.problem import BlockProblem, scale_of
-from movimentum.solver.block.rates import Moment
-from movimentum.solver.free.velocity import Law
+from movimentum.solver.block.rates import SeriesMoment
+from movimentum.solver.free.velocity import FreeMotionLaw
 
 
 @dataclass(slots=True, eq=False)
@@ -29,13 +29,13 @@ class FreeBlock:
     """
 
     block: Free
-    moment: Moment
+    moment: SeriesMoment
     nodes: list[Expr] = field(init=False)
     explicit: tuple[tuple[int, Expr], ...] = field(init=False)
     pull: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.nodes = ordered(self.block.residuals)
+        self.nodes = ordered_nodes(self.block.residuals)
         self.explicit = () if self.block.linear is None else self.block.linear.explicit
 
     def first(self) -> None:
@@ -44,7 +44,7 @@ class FreeBlock:
         drift = moment.coefficients(self.nodes, block.residuals, 1)
         self.pull = self._pulled(1)
         errors, drifts = self._wishes()
-        law = Law(block, moment.plan)
+        law = FreeMotionLaw(block, moment.plan)
         found = np.empty((len(block.core), len(moment.instants)))
         for f, (problem, x) in enumerate(self._instants()):
 
@@ -68,7 +68,7 @@ class FreeBlock:
             for n in sorted(symbol_numbers(residual) & place.keys())
         ]
         roots = [slope for _, _, slope in slopes]
-        changes = moment.coefficients(ordered(roots), roots, 1)
+        changes = moment.coefficients(ordered_nodes(roots), roots, 1)
         found = np.empty_like(speeds)
         for f, (problem, x) in enumerate(self._instants()):
             tangent = DenseTangent(block, problem.jacobian(x[None])[0])
@@ -87,7 +87,7 @@ class FreeBlock:
 
     def _explicit(self, order: int) -> FloatArray:
         roots = [root for _, root in self.explicit]
-        return self.moment.coefficients(ordered(roots), roots, order)
+        return self.moment.coefficients(ordered_nodes(roots), roots, order)
 
     def _speeds(self) -> FloatArray:
         count = len(self.moment.instants)
@@ -116,7 +116,7 @@ class FreeBlock:
         roots = [substitute(error, lambda _: None, dict(given)) for w in drawn_by for error in wishes[w].errors]
         if not roots:
             return np.zeros((0, count)), np.zeros((0, count))
-        nodes = ordered(roots)
+        nodes = ordered_nodes(roots)
         return self.moment.coefficients(nodes, roots, 0), self.moment.coefficients(nodes, roots, 1)
 
     def _instants(self) -> Iterator[tuple[BlockProblem, FloatArray]]:
@@ -130,7 +130,7 @@ class FreeBlock:
             yield problem.at(np.array([f]), count), core[:, f]
 
 
-def depths(plan: Plan, numbers: Iterable[int], wanted: Mapping[int, int]) -> dict[int, int]:
+def derivative_depths(plan: Plan, numbers: Iterable[int], wanted: Mapping[int, int]) -> dict[int, int]:
     """How many derivatives are needed of each of the blocks ``numbers``, which have all that they depend on, where
     those of the blocks in ``wanted`` are. A velocity takes one more of what it is the velocity of.
     """
@@ -141,13 +141,13 @@ def depths(plan: Plan, numbers: Iterable[int], wanted: Mapping[int, int]) -> dic
             law, order = block.rates_of
             before, depth = {law}, depth + order
         else:
-            before = set(plan.before(block))
+            before = set(plan.rate_blocks_before(block))
         for other in before:
             result[other] = max(result[other], depth)
     return result
 
 
-def undefined(block: Block, moment: Moment, depth: int) -> None:
+def mark_undefined(block: Block, moment: SeriesMoment, depth: int) -> None:
     """Nothing can be said about how the unknowns of ``block`` change."""
     for n in block.unknowns:
         rates = [np.full(len(moment.instants), np.nan)] * depth

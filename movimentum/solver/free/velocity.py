@@ -16,8 +16,8 @@ from movimentum.planning.blocks.kinds import Free
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
+from movimentum.solver.block.block_at_instant import Probe
 from movimentum.solver.block.linearization import Tangent, chord_newton, tangent_at
-from movimentum.solver.block.local import Probe
 from movimentum.solver.block.problem import BlockProblem, Damping
 from movimentum.tolerances import (
     DERIVATIVES_ALIKE,
@@ -28,22 +28,22 @@ from movimentum.tolerances import (
     VELOCITY_STEPS,
 )
 
-FOLLOWING = 8.0
+FOLLOWING_RATE = 8.0
 """How fast a wish is followed: in an eighth of a time unit, what it is off by falls to 1/e (37 %)."""
-POINTS = 7
+DIFFERENCE_POINTS = 7
 """Instants whose values give a derivative by time."""
-BEHIND, ACROSS, AHEAD = 1.0, 0.5, 0.0
+BEFORE_PART, CENTRED_PART, AFTER_PART = 1.0, 0.5, 0.0
 """Which part of the time that they take is before the instant asked about."""
 STEPS = np.array(VELOCITY_STEPS)
 """Of the mean distance between two nodes, between which little turns: the distance between two such instants. The first
 choice that shows no kink is taken, or else the best: shorter ones have more rounding, longer ones more kinks."""
 MOST_NODES = 2000
 """So many of a path's nodes are looked at, if it has more."""
-FARTHEST = 100.0
-"""Fields (see `field_of`): a wish that is farther off is followed as fast as if it were so far."""
+FARTHEST_WISH = 100.0
+"""Fields (see `workspace_size`): a wish that is farther off is followed as fast as if it were so far."""
 
 
-def field_of(scene: Scene) -> float:
+def workspace_size(scene: Scene) -> float:
     """How far apart things may be: the largest extent of all anchors as drawn, and of the canvas if it is stated."""
     points = np.array([anchor.local for thing in scene.things for anchor in thing.anchors]).reshape(-1, 2)
     extent = float(np.max(np.ptp(points, axis=0))) if len(points) else 0.0
@@ -51,7 +51,7 @@ def field_of(scene: Scene) -> float:
 
 
 @dataclass(slots=True, eq=False)
-class Law:
+class FreeMotionLaw:
     """How a free ``block`` of ``plan`` moves: along the least velocity that its equations leave, toward its wishes."""
 
     block: Free
@@ -61,9 +61,9 @@ class Law:
 
     def __post_init__(self) -> None:
         """Look at the scene once."""
-        wide = FOLLOWING * field_of(self.plan.system.scene)
-        self.fastest = FARTHEST * wide
-        self.damping = Damping(near=FOLLOWING * self.plan.size, far=wide)
+        wide = FOLLOWING_RATE * workspace_size(self.plan.system.scene)
+        self.fastest = FARTHEST_WISH * wide
+        self.damping = Damping(near=FOLLOWING_RATE * self.plan.size, far=wide)
 
     def velocity(
         self,
@@ -77,17 +77,17 @@ class Law:
         ``pull`` (n,): see `Metric.pull`. ``wish`` gives the errors (p,) of the block's wishes, their slopes (p, n), and
         how they change (p,) if the block stands still.
         """
-        v = tangent.least(want, pull)
+        v = tangent.least_velocity(want, pull)
         if self.block.wishes is None:
             return v
         errors, slopes, drift = wish()
-        return tangent.toward(v, slopes, self.wished(errors, drift), self.damping)
+        return tangent.toward(v, slopes, self.wish_rates(errors, drift), self.damping)
 
-    def wished(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
+    def wish_rates(self, errors: FloatArray, drift: FloatArray) -> FloatArray:
         """How fast each error should change (p,): with its target, and what it is off by down; no faster than a wish's
-        own speed, nor than if it were `FARTHEST` off.
+        own speed, nor than if it were `FARTHEST_WISH` off.
         """
-        want = -drift - FOLLOWING * errors
+        want = -drift - FOLLOWING_RATE * errors
         for first, stop, speed in self.block.wishes.speeds if self.block.wishes is not None else ():
             now = float(np.linalg.norm(want[first:stop]))
             most = min(speed, self.fastest)
@@ -108,12 +108,12 @@ class FreeVelocity:
     plan: Plan
     probe: Probe
     nodes: FloatArray
-    law: Law = field(init=False)
+    law: FreeMotionLaw = field(init=False)
     spacing: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Look at the scene once."""
-        self.law = Law(self.block, self.plan)
+        self.law = FreeMotionLaw(self.block, self.plan)
         spaces = max(min(len(self.nodes), MOST_NODES) - 1, 1)
         self.spacing = max(float(self.nodes[-1] - self.nodes[0]) / spaces, LEAST_DIVISOR)
 
@@ -151,8 +151,8 @@ class FreeVelocity:
         """
         best = np.nan  # so that the first is taken, whatever its error
         changes, problem = np.zeros(0), None
-        sides = (AHEAD, ACROSS, BEHIND) if after else (ACROSS, BEHIND, AHEAD)
-        repeated = np.repeat(x[None, :], 1 + POINTS, axis=0)
+        sides = (AFTER_PART, CENTRED_PART, BEFORE_PART) if after else (CENTRED_PART, BEFORE_PART, AFTER_PART)
+        repeated = np.repeat(x[None, :], 1 + DIFFERENCE_POINTS, axis=0)
         for step, side in itertools.product(STEPS * self.spacing, sides):
             instants = self.near(tau, step, side)
             problem = self.probe(np.concatenate([[tau], instants]))
@@ -169,14 +169,14 @@ class FreeVelocity:
         return changes, problem.first()
 
     def near(self, tau: float, step: float, side: float) -> FloatArray:
-        """(`POINTS`,) instants, ``step`` apart, that begin ``side`` of their extent before ``tau``; on the path where
-        they can be.
+        """(`DIFFERENCE_POINTS`,) instants, ``step`` apart, that begin ``side`` of their extent before ``tau``; on the
+        path where they can be.
         """
-        low, high, width = float(self.nodes[0]), float(self.nodes[-1]), (POINTS - 1) * step
+        low, high, width = float(self.nodes[0]), float(self.nodes[-1]), (DIFFERENCE_POINTS - 1) * step
         first = tau - side * width
         if high - low >= width:
             first = min(max(first, low), high - width)
-        return np.asarray(first + step * np.arange(POINTS), dtype=np.float64)
+        return np.asarray(first + step * np.arange(DIFFERENCE_POINTS), dtype=np.float64)
 
     def tangent(self, tau: float, x: FloatArray) -> Tangent:
         """The block linearised at core values ``x`` (n,)."""
@@ -191,27 +191,28 @@ class FreeVelocity:
 
 
 class NearInstants:
-    """Instants near F others (F,), from which changes at these are found: of each first from the same side as `ACROSS`,
-    but of the first from what comes after, and of the last from what was before.
+    """Instants near F others (F,), from which changes at these are found: of each first from the same side as
+    `CENTRED_PART`, but of the first from what comes after, and of the last from what was before.
     """
 
     def __init__(self, velocity: FreeVelocity, tau: FloatArray) -> None:
         self.velocity, self.tau = velocity, tau
         self._problems: dict[int, tuple[BlockProblem, FloatArray]] = {}
-        self._sides = np.full((3, len(tau)), ACROSS)
-        self._sides[1], self._sides[2] = BEHIND, AHEAD
-        self._sides[:2, 0], self._sides[:2, -1] = (AHEAD, ACROSS), (BEHIND, ACROSS)
-        self._sides[2, -1] = AHEAD
-        self._sides[2, 0] = BEHIND
+        self._sides = np.full((3, len(tau)), CENTRED_PART)
+        self._sides[1], self._sides[2] = BEFORE_PART, AFTER_PART
+        self._sides[:2, 0], self._sides[:2, -1] = (AFTER_PART, CENTRED_PART), (BEFORE_PART, CENTRED_PART)
+        self._sides[2, -1] = AFTER_PART
+        self._sides[2, 0] = BEFORE_PART
 
     @property
     def problem(self) -> BlockProblem:
         """That at the F instants themselves."""
-        return self._looked_at(0)[0].every(1 + POINTS)
+        return self._problem_of(0)[0].every(1 + DIFFERENCE_POINTS)
 
-    def _looked_at(self, number: int) -> tuple[BlockProblem, FloatArray]:
-        """The problem at the instants of the choice with that number, one group (1 + `POINTS`) after the other; and by
-        which the values give the derivatives (F, 2, `POINTS`): from all, and without the outermost.
+    def _problem_of(self, number: int) -> tuple[BlockProblem, FloatArray]:
+        """The problem at the instants of the choice with that number, one group (1 + `DIFFERENCE_POINTS`) after the
+        other; and by which the values give the derivatives (F, 2, `DIFFERENCE_POINTS`): from all, and without the
+        outermost.
         """
         found = self._problems.get(number)
         if found is None:
@@ -225,7 +226,7 @@ class NearInstants:
             )
             problem = self.velocity.probe(np.concatenate([self.tau[:, None], near], axis=1).ravel())
             offsets = near - self.tau[:, None]
-            weights = np.zeros((len(near), 2, POINTS))
+            weights = np.zeros((len(near), 2, DIFFERENCE_POINTS))
             weights[:, 0], weights[:, 1, 1:-1] = _weights(offsets), _weights(offsets[:, 1:-1])
             found = self._problems[number] = problem, weights
         return found
@@ -235,11 +236,11 @@ class NearInstants:
         `FreeVelocity.changes`.
         """
         count, size = len(x), self.velocity.plan.size
-        repeated = np.repeat(x, 1 + POINTS, axis=0)
+        repeated = np.repeat(x, 1 + DIFFERENCE_POINTS, axis=0)
         best, found = np.full(count, np.inf), np.zeros((count, 0))
         for number in range(len(STEPS) * len(self._sides)):
-            problem, weights = self._looked_at(number)
-            seen = read(problem, repeated).reshape(count, 1 + POINTS, -1)
+            problem, weights = self._problem_of(number)
+            seen = read(problem, repeated).reshape(count, 1 + DIFFERENCE_POINTS, -1)
             both = weights @ (seen[:, 1:] - seen[:, :1])
             error = np.max(np.abs(both[:, 0] - both[:, 1]), axis=1, initial=0.0)
             better = ~(error >= best)
@@ -262,7 +263,7 @@ def _weights(offsets: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.solve(powers, first)[..., 0], dtype=np.float64)
 
 
-def projected(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:
+def project_onto_equations(problem: BlockProblem, x: FloatArray) -> tuple[FloatArray, bool]:
     """The core values nearest to ``x`` (n,) that satisfy the block's equations, by Newton steps least in the metric;
     also returns whether they do (to a relative residual of 1e-8).
     """

@@ -13,8 +13,8 @@ from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.runaways import first_pole
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, TotalTrack, Track
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
+from movimentum.solver.kinds.context import BlockSolutions, Kernel, StartContext
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
 from movimentum.tolerances import (
     COARSEST_INTEGRAL_AIM,
     INTEGRAL_AIM,
@@ -25,13 +25,13 @@ from movimentum.tolerances import (
 )
 
 HALVINGS = 20
-UNSETTLED = 1e6
+UNSETTLED_ERROR = 1e6
 """In units of what is aimed at: what an interval at a pole disagrees by is no smaller than a millionth of the whole."""
-JUMPS_EVERY = 4
+JUMP_SEARCH_EVERY = 4
 """Halvings after which jumps are looked for in what does not settle."""
 
 
-def _judged(
+def _integrals_and_errors(
     path: Path,
     block: Integral,
     low: FloatArray,
@@ -55,7 +55,7 @@ def _judged(
     halves[new] = half * (first @ _GAUSS_W) + half * (last @ _GAUSS_W)
     inner = INTEGRAND_END * (b - a)
     ends = _at(path, block, np.stack([a + inner, middle - inner, middle + inner, b - inner]))
-    reached = [first @ _TO_THE_END[::-1], first @ _TO_THE_END, last @ _TO_THE_END[::-1], last @ _TO_THE_END]
+    reached = [first @ _VALUE_AT_END[::-1], first @ _VALUE_AT_END, last @ _VALUE_AT_END[::-1], last @ _VALUE_AT_END]
     missed = np.abs(ends - np.stack(reached))
     missed = np.where(np.isfinite(missed), missed, 0.0).sum(axis=0)
     apart[new] = np.abs(whole - halves[new]) + half * (1.0 - _GAUSS_X[-1]) * missed
@@ -84,12 +84,12 @@ _GAUSS_HALF = np.array([0.18343464249564980, 0.52553240991632899, 0.796666477413
 _GAUSS_WEIGHT = np.array([0.36268378337836198, 0.31370664587788729, 0.22238103445337447, 0.10122853629037626])
 _GAUSS_X = np.concatenate([-_GAUSS_HALF[::-1], _GAUSS_HALF])
 _GAUSS_W = np.concatenate([_GAUSS_WEIGHT[::-1], _GAUSS_WEIGHT])
-_TO_THE_END = np.array([np.prod([(1.0 - other) / (x - other) for other in _GAUSS_X if other != x]) for x in _GAUSS_X])
+_VALUE_AT_END = np.array([np.prod([(1.0 - other) / (x - other) for other in _GAUSS_X if other != x]) for x in _GAUSS_X])
 """Of values at these points: what a polynomial through them comes to at 1."""
 
 
 _ANTIDERIVATIVES = np.column_stack([_GAUSS_X ** (k + 1) / (k + 1) - (-1.0) ** (k + 1) / (k + 1) for k in range(8)])
-_WITHIN = _ANTIDERIVATIVES @ np.linalg.inv(_GAUSS_X[:, None] ** np.arange(8))
+_INTEGRALS_WITHIN = _ANTIDERIVATIVES @ np.linalg.inv(_GAUSS_X[:, None] ** np.arange(8))
 """Of values at these points: what a polynomial through them integrates to, from -1 to each of them."""
 
 
@@ -132,11 +132,11 @@ def _at(path: Path, block: Integral, tau: FloatArray) -> FloatArray:
 class IntegralKernel(Kernel[Integral]):
     """See `Kernel`."""
 
-    def begin(self, start: Beginning, block: Integral) -> Found:
+    def begin(self, start: StartContext, block: Integral) -> BlockSolutions:
         """The total so far."""
-        return Found([Choice(values=(start.totals.get(block.core[0], 0.0),))])
+        return BlockSolutions([Choice(values=(start.totals.get(block.core[0], 0.0),))])
 
-    def take(self, start: Beginning, block: Integral, choice: Choice) -> None:
+    def set_choice(self, start: StartContext, block: Integral, choice: Choice) -> None:
         """Set the total, at both instants."""
         (value,) = block.integrand(start.state, start.instants.clocks)
         value = np.broadcast_to(value, 2)
@@ -147,17 +147,17 @@ class IntegralKernel(Kernel[Integral]):
         """The track where a path is one instant long."""
         return TotalTrack(np.array([path.begin]), np.array(choice.values))
 
-    def lifted(self, block: Integral, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Integral, lift: VariantLift) -> dict[str, Any]:
         """The integrand."""
         (equation,) = (lift.plan.system.equations[e] for e in block.equations)
         assert equation.integrand is not None
         return {"integrand": lift.code([lift.formula(equation.integrand)])}
 
-    def compared(self, run: Across, block: Integral, choice: Any) -> list[Any]:
+    def compared(self, run: VariantRun, block: Integral, choice: Any) -> list[Any]:
         """The integrand."""
         return [*block.integrand(run.state, run.instants.clocks)]
 
-    def across(self, run: Across, block: Integral, choice: Any) -> None:
+    def solve_variants(self, run: VariantRun, block: Integral, choice: Any) -> None:
         """Set the total. Where the integrand does not go on as between the quadrature's points, it is rough."""
         (n,) = block.core
         (value,) = block.integrand(run.state, run.instants.clocks)
@@ -172,11 +172,11 @@ class IntegralKernel(Kernel[Integral]):
         half = 0.5 * np.diff(tau[:, :: points + 1], axis=1)
         totals = np.concatenate([begun + np.zeros_like(half[:, :1]), half * (parts[:, :, 1:] @ _GAUSS_W)], axis=1)
         totals = np.cumsum(totals, axis=1)
-        within = totals[:, :-1, None] + half[:, :, None] * (parts[:, :, 1:] @ _WITHIN.T)
+        within = totals[:, :-1, None] + half[:, :, None] * (parts[:, :, 1:] @ _INTEGRALS_WITHIN.T)
         inside = np.concatenate([totals[:, :-1, None], within], axis=2).reshape(len(values), -1)
         run.state[n] = np.concatenate([inside, totals[:, -1:]], axis=1)
-        ends = np.abs(parts[:, :, 1:] @ _TO_THE_END[::-1] - parts[:, :, 0])
-        ends += np.abs(parts[:, :, 1:] @ _TO_THE_END - values[:, points + 1 :: points + 1])
+        ends = np.abs(parts[:, :, 1:] @ _VALUE_AT_END[::-1] - parts[:, :, 0])
+        ends += np.abs(parts[:, :, 1:] @ _VALUE_AT_END - values[:, points + 1 :: points + 1])
         missed = np.sum(half * (1.0 - _GAUSS_X[-1]) * ends, axis=1)
         run.rough |= ~(
             missed <= INTEGRAND_ROUGH * np.maximum(np.sum(half * np.abs(parts[:, :, 1]), axis=1), LEAST_DIVISOR)
@@ -199,12 +199,12 @@ class IntegralKernel(Kernel[Integral]):
         for left in reversed(range(HALVINGS)):
             before, low, high = (low, high, halves, apart), grid.tau[:-1], grid.tau[1:]
             with np.errstate(all="ignore"):
-                halves, apart = _judged(path, block, low, high, before)
+                halves, apart = _integrals_and_errors(path, block, low, high, before)
             wrong = apart / (aim * (float(np.max(np.abs(halves), initial=0.0)) or 1.0))
             change = np.where(np.isfinite(wrong) & (wrong > 1.0), 2.0, 0.0)
             if not left or not change.any():
                 break
-            if left % JUMPS_EVERY == 0:
+            if left % JUMP_SEARCH_EVERY == 0:
                 with np.errstate(all="ignore"):
                     jumps = _jumps(path, block, low[change > 1.0], high[change > 1.0])
                 if len(jumps):
@@ -213,7 +213,7 @@ class IntegralKernel(Kernel[Integral]):
             if not grid.refine(change, 1.0):
                 break
         gaps[:] = [gap for gap in gaps if gap.block != block.number]
-        unsettled = wrong > UNSETTLED
+        unsettled = wrong > UNSETTLED_ERROR
         if unsettled.any():
             with np.errstate(all="ignore"):
                 pole = first_pole(path, block, low[unsettled], high[unsettled])

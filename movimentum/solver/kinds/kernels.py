@@ -25,21 +25,21 @@ from movimentum.planning.blocks.kinds import (
 from movimentum.planning.lowering.calculus import phases_of
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
+from movimentum.solver.basis.dependencies import blocks_for
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.upstream import finders
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.grid import Grid, end_of_upstream
 from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, StillTrack, Track
-from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.assign import AssignKernel
-from movimentum.solver.kinds.context import Beginning, Found, Kernel, LoopRows
+from movimentum.solver.kinds.context import BlockSolutions, Kernel, LoopRows, StartContext
 from movimentum.solver.kinds.linear import LinearKernel
 from movimentum.solver.kinds.quadratic import QuadraticKernel
-from movimentum.solver.kinds.winding import WindingKernel, evaluate_together
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
+from movimentum.solver.kinds.winding import WindingKernel, evaluate_windings
 from movimentum.tolerances import DISCRIMINANT_ZERO
 
 if TYPE_CHECKING:
-    from movimentum.solver.block.rates import Moment
+    from movimentum.solver.block.rates import SeriesMoment
 
 
 def _newton() -> Kernel[Any]:
@@ -95,20 +95,20 @@ class _Kernels(dict[type[Block], Kernel[Any]]):
 KERNELS = _Kernels()
 
 
-def begin(start: Beginning, block: Block) -> Found:
+def begin(start: StartContext, block: Block) -> BlockSolutions:
     """All solutions of one block to begin a path with, given what is known before it."""
     return KERNELS[type(block)].begin(start, block)
 
 
-def begun(start: Beginning, block: Block) -> Found | None:
+def begun(start: StartContext, block: Block) -> BlockSolutions | None:
     """The pose carried over as the one solution to begin with (see `Kernel.begun`)."""
     return KERNELS[type(block)].begun(start, block)
 
 
-def take(start: Beginning, block: Block, choice: Choice) -> None:
+def set_choice(start: StartContext, block: Block, choice: Choice) -> None:
     """Set the state (at both instants) that ``choice`` means."""
     state = start.state
-    KERNELS[type(block)].take(start, block, choice)
+    KERNELS[type(block)].set_choice(start, block, choice)
     fill_explicit(block, state, start.instants.clocks)
     for n in block.unknowns:
         if np.shape(state[n]) != (2,):
@@ -126,7 +126,7 @@ def follow(path: Path, grid: Grid, block: Block, choice: Choice, gaps: list[Gap]
     """The track of a block over the whole path; where it has no solution is added to ``gaps``."""
     if not block.moving:
         return StillTrack(choice.values)
-    grid.resolve_phases(block, ended(path, block, gaps))
+    grid.resolve_phases(block, end_of_upstream(path, block, gaps))
     return KERNELS[type(block)].follow(path, grid, block, choice, gaps)
 
 
@@ -162,7 +162,7 @@ def evaluate_each(
         failed = evaluate(path, block, track, state, instants)
         if failed is not None:
             bad |= failed
-    return bad | evaluate_together(turns, state, instants) if turns else bad
+    return bad | evaluate_windings(turns, state, instants) if turns else bad
 
 
 def margin(block: Block, state: State, clocks: Sequence[FloatArray]) -> FloatArray | None:
@@ -180,7 +180,7 @@ def set_branch(block: Block, state: State, clocks: Sequence[FloatArray], sign: f
 
 def solutions_meet(plan: Plan, unknowns: Iterable[int], state: State, clocks: Sequence[FloatArray]) -> bool:
     """Whether the two solutions of a block that ``unknowns`` depend on are one in the first instant of ``state``."""
-    for number in reversed(finders(plan, unknowns)):
+    for number in reversed(blocks_for(plan, unknowns)):
         block = plan.blocks[number]
         if block.two_valued and all(state[n] is not None for n in block.inputs):
             with np.errstate(all="ignore"):
@@ -190,21 +190,21 @@ def solutions_meet(plan: Plan, unknowns: Iterable[int], state: State, clocks: Se
     return False
 
 
-def rates(block: Block, moment: Moment, depth: int) -> FloatArray | None:
+def rates(block: Block, moment: SeriesMoment, depth: int) -> FloatArray | None:
     """Give the unknowns of a block their derivatives up to order ``depth`` (see `Kernel.rates`)."""
     if not block.moving or (depth == 0 and block.rates_of is None):
         return None
     return KERNELS[type(block)].rates(block, moment, depth)
 
 
-def rates_along(path: Path, block: Block, track: Track, moment: Moment, depth: int) -> FloatArray | None:
+def rates_along(path: Path, block: Block, track: Track, moment: SeriesMoment, depth: int) -> FloatArray | None:
     """`rates` along a path."""
     if not block.moving or (depth == 0 and block.rates_of is None):
         return None
     return KERNELS[type(block)].rates_along(path, block, track, moment, depth)
 
 
-def lifted(block: Block, lift: Lift) -> Block:
+def lifted(block: Block, lift: VariantLift) -> Block:
     """A block whose code reads the constants that vary; `NotImplementedError` for a kind that cannot be lifted."""
     given = tuple((n, lift.formula(root)) for n, root in block.given)
     formulas = tuple((n, lift.formula(root)) for n, root in block.formulas)
@@ -222,7 +222,7 @@ def lifted(block: Block, lift: Lift) -> Block:
     return replace(block, **common, **KERNELS[type(block)].lifted(block, lift))
 
 
-def compared(run: Across, block: Block, choice: Any = 1.0) -> list[Any]:
+def compared(run: VariantRun, block: Block, choice: Any = 1.0) -> list[Any]:
     """What tells a lifted block from another one of the same structure (see `Kernel.compared`)."""
     return KERNELS[type(block)].compared(run, block, choice)
 
@@ -232,7 +232,7 @@ def loop(block: Block) -> LoopRows | None:
     return KERNELS[type(block)].loop(block)
 
 
-def across(run: Across, block: Block, choice: Any = 1.0) -> None:
-    """Set the state of all variants at all instants for one lifted block (see `Kernel.across`)."""
-    KERNELS[type(block)].across(run, block, choice)
+def solve_variants(run: VariantRun, block: Block, choice: Any = 1.0) -> None:
+    """Set the state of all variants at all instants for one lifted block (see `Kernel.solve_variants`)."""
+    KERNELS[type(block)].solve_variants(run, block, choice)
     fill_explicit(block, run.state, run.instants.clocks)

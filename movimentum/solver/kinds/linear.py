@@ -10,8 +10,8 @@ from movimentum.expressions import Expr, add, mul, neg, symbol
 from movimentum.planning.blocks.kinds import Linear
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.kinds.across import Lift
 from movimentum.solver.kinds.context import Kernel, LoopRows
+from movimentum.solver.kinds.variants import VariantLift
 
 
 class LinearKernel(Kernel[Linear]):
@@ -29,7 +29,7 @@ class LinearKernel(Kernel[Linear]):
         residuals = (_residual(row, block.core, right) for row, right in zip(rows, block.entries[m * m :], strict=True))
         return LoopRows(tuple(residuals), tuple(rows))
 
-    def lifted(self, block: Linear, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Linear, lift: VariantLift) -> dict[str, Any]:
         """The system of equations."""
         entries = tuple(map(lift.formula, block.entries))
         return {"entries": entries, "system": lift.code(entries)}

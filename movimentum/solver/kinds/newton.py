@@ -17,64 +17,66 @@ from movimentum.planning.lowering.calculus import with_respect_to
 from movimentum.planning.plan import Plan
 from movimentum.records import replace
 from movimentum.scene.leaves import ContactPlace
+from movimentum.solver.basis.block_memo import memoized
 from movimentum.solver.basis.instants import Instants, distinct
-from movimentum.solver.basis.memory import memoized
+from movimentum.solver.block.block_at_instant import OutlinePlace, Probe
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.local import PlaceOn, Probe
-from movimentum.solver.block.newton import freedom_of, newton, unrolled
+from movimentum.solver.block.full_turns import keeps_cord_turns, without_full_turns
+from movimentum.solver.block.newton import freedom_of, newton, newton_unrolled
 from movimentum.solver.block.problem import BlockProblem, scale_of, track_scale
-from movimentum.solver.block.turns import as_wound, unwound
-from movimentum.solver.continuation.free_motion import drift
-from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.free_motion import integrate_free_motion
+from movimentum.solver.continuation.grid import Grid, end_of_upstream
 from movimentum.solver.continuation.runaways import pole_ahead
-from movimentum.solver.continuation.trace import trace
+from movimentum.solver.continuation.trace import trace_path
 from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, Path, PolynomialTrack, Track
-from movimentum.solver.free.velocity import FreeVelocity, field_of
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel, LoopRows, Resuming
-from movimentum.solver.kinds.free_paths import free_across, lifted_free
-from movimentum.solver.kinds.loops_across import follow_loop
-from movimentum.solver.solutions.newton_starts import Starts, begun_start, newton_starts
+from movimentum.solver.free.velocity import FreeVelocity, workspace_size
+from movimentum.solver.kinds.context import BlockSolutions, Kernel, LoopRows, ResumeContext, StartContext
+from movimentum.solver.kinds.variant_free_paths import lifted_free, solve_free_variants
+from movimentum.solver.kinds.variant_loops import follow_loop
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
+from movimentum.solver.solutions.newton_starts import FoundSolutions, carried_start, newton_starts
 from movimentum.tolerances import FOLD_CLOSED, FREE_MOTION_STEP, LARGE_FREE_MOTION_STEP
 
 if TYPE_CHECKING:
-    from movimentum.solver.block.rates import Moment
+    from movimentum.solver.block.rates import SeriesMoment
 
-FEW = 16
+FEW_INSTANTS = 16
 """Instants below which a batched dense solver is cheaper than generating code for the block."""
 LARGEST_UNROLLED = 24
 """Unknowns; unrolled elimination of larger blocks makes too much code."""
-MOST_REMEMBERED = 100_000
+MOST_MEMOIZED = 100_000
 """Values of a block at many instants; more take more room than they save time."""
 
 _identities = count(1)
 
 
-def rigid_starts(start: Beginning, block: Block, rows: Newton, scale: FloatArray) -> Starts:
+def starts_near_carried(start: StartContext, block: Block, rows: Newton, scale: FloatArray) -> FoundSolutions:
     """`newton_starts` for the equations ``rows`` of ``block``, with angles near to where they were."""
     problem = BlockProblem.of(rows, start.state, start.instants.clocks, scale)
     found = newton_starts(start.plan, problem, start.carry, start.all_of(block, scale))
-    return Starts(unwound(start.plan, problem, found.solutions, start.carry), found.complete, found.effort)
+    return FoundSolutions(
+        without_full_turns(start.plan, problem, found.solutions, start.carry), found.complete, found.effort
+    )
 
 
-def found_from(start: Beginning, block: Block, starts: Starts) -> Found:
+def block_solutions(start: StartContext, block: Block, starts: FoundSolutions) -> BlockSolutions:
     """What a search for core vectors comes to."""
     solutions = starts.solutions
     if isinstance(block, Newton) and solutions:
         one = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block)).first()
-        solutions = [x for x in solutions if as_wound(start.plan, one, x, start.carry)]
-    choices = [choice_of(start, block, x) for x in solutions]
-    return Found(choices, [] if choices else [-np.inf], starts.complete, starts.effort)
+        solutions = [x for x in solutions if keeps_cord_turns(start.plan, one, x, start.carry)]
+    choices = [choice_from(start, block, x) for x in solutions]
+    return BlockSolutions(choices, [] if choices else [-np.inf], starts.complete, starts.effort)
 
 
-def choice_of(start: Beginning, block: Block, x: FloatArray) -> Choice:
+def choice_from(start: StartContext, block: Block, x: FloatArray) -> Choice:
     """The choice of core values ``x`` (n,)."""
     if not block.moving:  # what stands still keeps the values of all its unknowns, in their order
         x = np.array([x[block.core.index(n)] if n in block.core else 0.0 for n in block.unknowns])
     return Choice(values=tuple(float(v) for v in x))
 
 
-def ahead(start: Beginning, block: Newton, core: FloatArray) -> None:
+def set_at_both_instants(start: StartContext, block: Newton, core: FloatArray) -> None:
     """Set the core, given for both instants (2, n), solved for again at the second."""
     problem = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block))
     later = newton(problem, core, limit=0.05)
@@ -105,7 +107,7 @@ def _path_key(
     scales = sizes.tobytes(), track_scale(path.plan, block).tobytes()
     begin = path.begin, np.array([*choice.values, *(choice.rates or ())]).tobytes()
     # how fast wishes are followed
-    fields = (path.plan.size, field_of(path.plan.system.scene)) if isinstance(block, Free) else ()
+    fields = (path.plan.size, workspace_size(path.plan.system.scene)) if isinstance(block, Free) else ()
     return "path", block.identity, begin, nodes.tobytes(), until, clocks, scales, fields, tuple(above)
 
 
@@ -120,7 +122,7 @@ def solve_from(
     """`evaluate`, by Newton steps that ``step`` computes, as far as they serve."""
     x = track.guess(instants.tau)
     problem = BlockProblem.of(block, state, instants.clocks, track_scale(path.plan, block))
-    converged = unrolled(problem, x, step) if step is not None else np.zeros(x.shape[1], np.bool_)
+    converged = newton_unrolled(problem, x, step) if step is not None else np.zeros(x.shape[1], np.bool_)
     if not converged.all():  # few frames, or a pivot that was good on the path's nodes and is not here
         left = np.nonzero(~converged)[0]
         outcome = newton(problem.at(left, len(instants)), x[:, left].T, limit=0.1)
@@ -174,9 +176,9 @@ def probe_of(path: Path, block: Newton) -> Probe:
     return probe
 
 
-def places_of(plan: Plan, block: Newton) -> tuple[PlaceOn, ...]:
+def places_of(plan: Plan, block: Newton) -> tuple[OutlinePlace, ...]:
     """The places of contact in the core of ``block``."""
-    found: list[PlaceOn] = []
+    found: list[OutlinePlace] = []
     for j, n in enumerate(block.core):
         payload = plan.system.unknowns[n].payload
         if not isinstance(payload, ContactPlace):
@@ -184,37 +186,37 @@ def places_of(plan: Plan, block: Newton) -> tuple[PlaceOn, ...]:
         outline = payload.touch.outline
         if payload.along:
             breaks = tuple(sorted({outline.length_at(each) for each in outline.breaks}))
-            found.append(PlaceOn(j, breaks, outline.length if outline.closed else 0.0, held=True))
+            found.append(OutlinePlace(j, breaks, outline.length if outline.closed else 0.0, held=True))
         else:
-            found.append(PlaceOn(j, outline.breaks, outline.period if outline.closed else 0.0))
+            found.append(OutlinePlace(j, outline.breaks, outline.period if outline.closed else 0.0))
     return tuple(found)
 
 
 class NewtonKernel(Kernel[Newton]):
     """See `Kernel`."""
 
-    def begin(self, start: Beginning, block: Newton) -> Found:
+    def begin(self, start: StartContext, block: Newton) -> BlockSolutions:
         """The solutions of a block without freedom; of a free one, the pose nearest to the one carried over."""
         scale = track_scale(start.plan, block)
         if isinstance(block, Free):
-            return found_from(start, block, start.free_start(block, scale))
-        return found_from(start, block, rigid_starts(start, block, block, scale))
+            return block_solutions(start, block, start.free_start(block, scale))
+        return block_solutions(start, block, starts_near_carried(start, block, block, scale))
 
-    def begun(self, start: Beginning, block: Newton) -> Found | None:
+    def begun(self, start: StartContext, block: Newton) -> BlockSolutions | None:
         """Of a block without freedom: others are not looked for."""
         if isinstance(block, Free):
             return None
         problem = BlockProblem.of(block, start.state, start.instants.clocks, track_scale(start.plan, block))
-        starts = begun_start(start.plan, problem, start.carry)
+        starts = carried_start(start.plan, problem, start.carry)
         if starts is None:
-            return Found([])
-        choices = [choice_of(start, block, x) for x in starts.solutions]
-        return Found(choices, [] if choices else [-np.inf])
+            return BlockSolutions([])
+        choices = [choice_from(start, block, x) for x in starts.solutions]
+        return BlockSolutions(choices, [] if choices else [-np.inf])
 
-    def take(self, start: Beginning, block: Newton, choice: Choice) -> None:
+    def set_choice(self, start: StartContext, block: Newton, choice: Choice) -> None:
         """Set the core, at both instants."""
         core = choice.values if block.moving else [choice.values[block.unknowns.index(n)] for n in block.core]
-        ahead(start, block, np.repeat(np.array(core)[None], 2, axis=0))
+        set_at_both_instants(start, block, np.repeat(np.array(core)[None], 2, axis=0))
 
     def first_track(self, path: Path, block: Newton, choice: Choice) -> NodeTrack:
         """The track where a path is one instant long."""
@@ -226,17 +228,17 @@ class NewtonKernel(Kernel[Newton]):
         scale = track_scale(plan, block)
         x = np.array(choice.values)
         probe = probe_of(path, block)
-        until = ended(path, block, gaps)
+        until = end_of_upstream(path, block, gaps)
         sizes = scale_of(plan, block.unknowns)
 
         def followed() -> NodeTrack:
             if isinstance(block, Free) and freedom_of(probe(np.array([path.begin])), x) > 0:
                 moving = FreeVelocity(block, plan, probe, grid.tau)
                 tolerance = FREE_MOTION_STEP if block.sparse is None else LARGE_FREE_MOTION_STEP
-                found = drift(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
+                found = integrate_free_motion(moving, x, scale, grid.tau, until, tolerance, roughly=not path.resolved)
             else:
                 rates = None if choice.rates is None else np.array(choice.rates)
-                found = trace(block, probe, x, scale, grid.tau, until, rates, sizes, places_of(plan, block))
+                found = trace_path(block, probe, x, scale, grid.tau, until, rates, sizes, places_of(plan, block))
             return replace(found, identity=next(_identities))
 
         with np.errstate(all="ignore"):
@@ -254,14 +256,14 @@ class NewtonKernel(Kernel[Newton]):
         slopes = tuple(tuple(with_respect_to(root, n) for n in block.core) for root in block.residuals)
         return LoopRows(block.residuals, slopes)
 
-    def compared(self, run: Across, block: Newton, choice: Any) -> list[Any]:
+    def compared(self, run: VariantRun, block: Newton, choice: Any) -> list[Any]:
         """The residuals and their slopes."""
         assert block.residual is not None
         assert block.jacobian is not None
         clocks = run.instants.clocks
         return [*block.residual(run.state, clocks), *block.jacobian(run.state, clocks)]
 
-    def rates(self, block: Newton, moment: Moment, depth: int) -> FloatArray | None:
+    def rates(self, block: Newton, moment: SeriesMoment, depth: int) -> FloatArray | None:
         """The derivatives of the equations; of a free block, those of the law that moves it."""
         if not isinstance(block, Free):
             return super().rates(block, moment, depth)
@@ -273,7 +275,7 @@ class NewtonKernel(Kernel[Newton]):
             free.second()
         return None
 
-    def lifted(self, block: Newton, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Newton, lift: VariantLift) -> dict[str, Any]:
         """The equations and their slopes; of a free block, its wishes and its anchors' places too."""
         more: dict[str, Any] = {}
         if isinstance(block, Free):
@@ -289,14 +291,14 @@ class NewtonKernel(Kernel[Newton]):
             **more,
         }
 
-    def across(self, run: Across, block: Newton, choice: Any) -> None:
+    def solve_variants(self, run: VariantRun, block: Newton, choice: Any) -> None:
         """Follow the loop or the free motion from the core ``choice`` (V, n), or along its track."""
         if isinstance(block, Free):
-            free_across(run, block, choice)
+            solve_free_variants(run, block, choice)
         else:
             run.ends[block.number] = follow_loop(run, block, choice)
 
-    def resume(self, on: Resuming, block: Newton, track: Track, state: State, instants: Instants) -> Choice | None:
+    def resume(self, on: ResumeContext, block: Newton, track: Track, state: State, instants: Instants) -> Choice | None:
         """Set the core, by Newton's method from the branch's own poses."""
         if not isinstance(track, NodeTrack):
             return super().resume(on, block, track, state, instants)
@@ -312,11 +314,11 @@ class NewtonKernel(Kernel[Newton]):
     def evaluate(self, path: Path, block: Newton, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the core; returns where there is no solution."""
         assert isinstance(track, NodeTrack)
-        if len(instants) < FEW:
+        if len(instants) < FEW_INSTANTS:
             return solve_from(path, block, track, state, instants, None)
 
         def key() -> Hashable:
-            if not track.identity or len(instants) * len(block.core) > MOST_REMEMBERED:
+            if not track.identity or len(instants) * len(block.core) > MOST_MEMOIZED:
                 return None
             return "at", track.identity, instants.tau.tobytes(), *(clock.tobytes() for clock in instants.clocks)
 

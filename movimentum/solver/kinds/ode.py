@@ -13,24 +13,24 @@ from movimentum.planning.blocks.kinds import Free, Ode
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.calculus import rounded, slopes_of
 from movimentum.records import dataclass, replace
+from movimentum.solver.basis.block_memo import code_of
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.memory import code_of
+from movimentum.solver.block.block_at_instant import Probe
 from movimentum.solver.block.closed_form import State, fill_explicit
 from movimentum.solver.block.linearization import Tangent
-from movimentum.solver.block.local import Probe
 from movimentum.solver.block.newton import freedom_of
 from movimentum.solver.block.newton import newton as newton_steps
 from movimentum.solver.block.problem import BlockProblem, Values, scale_of, track_scale
-from movimentum.solver.block.rates import Moment
-from movimentum.solver.continuation.free_motion import drift
-from movimentum.solver.continuation.grid import Grid, ended
-from movimentum.solver.continuation.ode import Equation, Flow, Slopes, flow
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, Path, PolynomialTrack, Track, Trouble
+from movimentum.solver.block.rates import SeriesMoment
+from movimentum.solver.continuation.free_motion import integrate_free_motion
+from movimentum.solver.continuation.grid import Grid, end_of_upstream
+from movimentum.solver.continuation.ode import Collocation, Equation, RateFunctions, integrate_equation
+from movimentum.solver.continuation.tracks import Choice, Gap, OdeFailure, OdeTrack, Path, PolynomialTrack, Track
 from movimentum.solver.free.velocity import FreeVelocity
 from movimentum.solver.kinds import newton
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel
-from movimentum.solver.solutions.newton_starts import Starts
+from movimentum.solver.kinds.context import BlockSolutions, Kernel, StartContext
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
+from movimentum.solver.solutions.newton_starts import FoundSolutions
 from movimentum.tolerances import RANK_OF_ROWS
 
 
@@ -72,7 +72,7 @@ def _equation(problems: _Problems) -> Equation:
     jacobian: list[_Jacobian] = []
     rounding = _Rounding(block, tuple(problems.path.plan.clocks))
 
-    def at(tau: FloatArray) -> Slopes:
+    def at(tau: FloatArray) -> RateFunctions:
         outer = problems.outer(tau)
 
         def rates(z: FloatArray, near: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -92,13 +92,13 @@ def _equation(problems: _Problems) -> Equation:
             found = rounding(problem.values(x), problem.clocks)
             return np.stack([np.broadcast_to(each, len(x)) for each in found], axis=-1)
 
-        return Slopes(rates, slopes, noise)
+        return RateFunctions(rates, slopes, noise)
 
     return at
 
 
 @dataclass(slots=True, eq=False)
-class _Drifting:
+class _FreeOde:
     """A block with freedom left: its core moves as little as it can while the states run. Both are integrated."""
 
     problems: _Problems
@@ -128,16 +128,16 @@ class _Drifting:
         return FreeVelocity(rows, self.problems.path.plan, probe, self.nodes)
 
 
-def _drifting(path: Path, block: Ode, nodes: FloatArray, x: FloatArray, until: float) -> FlowTrack:
+def _free_tracks(path: Path, block: Ode, nodes: FloatArray, x: FloatArray, until: float) -> OdeTrack:
     """The tracks of a block with freedom left, from the core and the states ``x``."""
     count = len(block.core)
     scale = scale_of(path.plan, (*block.core, *block.states))
-    found = drift(_Drifting(_Problems(path, block), nodes), x, scale, nodes, until)
+    found = integrate_free_motion(_FreeOde(_Problems(path, block), nodes), x, scale, nodes, until)
     core, states = (
         replace(found, values=found.values[:, part], rates=found.rates[:, part])
         for part in (slice(count), slice(count, None))
     )
-    return FlowTrack(core, states)
+    return OdeTrack(core, states)
 
 
 class _Rounding:
@@ -175,14 +175,14 @@ class _Jacobian:
         return whole[:, :p, :p] + whole[:, :p, p:] @ (moved * problem.scale[:, None])
 
 
-def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[FloatArray]], Slopes]:
+def _combined_variants(run: VariantRun, block: Ode) -> Callable[[FloatArray, Sequence[FloatArray]], RateFunctions]:
     """The equations of V variants without a core, as one: their states side by side, variant by variant."""
     count, states = len(run.size), len(block.states)
     partials, outputs = slopes_of(block.derivatives, block.states)
     slope = code_of(outputs, tuple(run.plan.clocks))
     rounding = _Rounding(block, tuple(run.plan.clocks))
 
-    def equation(tau: FloatArray, clocks: Sequence[FloatArray]) -> Slopes:
+    def equation(tau: FloatArray, clocks: Sequence[FloatArray]) -> RateFunctions:
         many = tau.shape[-1]
 
         def known(z: FloatArray) -> State:
@@ -207,7 +207,7 @@ def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[Flo
             found = rounding(known(z), clocks)
             return np.stack([np.broadcast_to(each, (count, many)).T for each in found], axis=-1).reshape(many, -1)
 
-        return Slopes(rates, slopes, noise)
+        return RateFunctions(rates, slopes, noise)
 
     return equation
 
@@ -215,7 +215,7 @@ def _side_by_side(run: Across, block: Ode) -> Callable[[FloatArray, Sequence[Flo
 class OdeKernel(Kernel[Ode]):
     """See `Kernel`."""
 
-    def begin(self, start: Beginning, block: Ode) -> Found:
+    def begin(self, start: StartContext, block: Ode) -> BlockSolutions:
         """The solutions for the core, with the states as they are so far."""
         scale = track_scale(start.plan, block)
         for n in block.states:
@@ -224,35 +224,35 @@ class OdeKernel(Kernel[Ode]):
             starts = start.free_start(block, scale)
         else:
             starts = (
-                newton.rigid_starts(start, block, block.algebraic, scale)
+                newton.starts_near_carried(start, block, block.algebraic, scale)
                 if block.core
-                else Starts([np.zeros(0)], complete=True)
+                else FoundSolutions([np.zeros(0)], complete=True)
             )
-        found = newton.found_from(start, block, starts)
+        found = newton.block_solutions(start, block, starts)
         states = tuple(start.totals.get(n, 0.0) for n in block.states)
         found.choices = [Choice(values=(*choice.values, *states)) for choice in found.choices]
         return found
 
-    def take(self, start: Beginning, block: Ode, choice: Choice) -> None:
+    def set_choice(self, start: StartContext, block: Ode, choice: Choice) -> None:
         """Set the core and the states, at both instants."""
         core = np.repeat(np.array(choice.values[: len(block.core)])[None], 2, axis=0)
         state = start.state
         for n in block.states:
             state[n] = start.totals.get(n, 0.0) * np.ones(2)
-        newton.ahead(start, block.algebraic, core)
+        newton.set_at_both_instants(start, block.algebraic, core)
         slopes = block.integrands(state, start.instants.clocks)
         for n, slope in zip(block.states, slopes, strict=True):
             state[n] = state[n] + np.array([0.0, start.ahead]) * np.broadcast_to(slope, 2)
-        newton.ahead(start, block.algebraic, core)
+        newton.set_at_both_instants(start, block.algebraic, core)
 
-    def first_track(self, path: Path, block: Ode, choice: Choice) -> FlowTrack:
+    def first_track(self, path: Path, block: Ode, choice: Choice) -> OdeTrack:
         """The track where a path is one instant long."""
         values, count = np.array(choice.values), len(block.core)
-        return FlowTrack(
+        return OdeTrack(
             PolynomialTrack.still(path.begin, values[:count]), PolynomialTrack.still(path.begin, values[count:])
         )
 
-    def lifted(self, block: Ode, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Ode, lift: VariantLift) -> dict[str, Any]:
         """The integrands, of what has no equations to be met besides, and is driven by nothing but time."""
         owner = lift.plan.owner
         if block.core or block.free or any(lift.plan.blocks[owner[n]].moving for n in block.inputs if n in owner):
@@ -260,18 +260,18 @@ class OdeKernel(Kernel[Ode]):
         derivatives = tuple(map(lift.formula, block.derivatives))
         return {"derivatives": derivatives, "integrands": lift.code(derivatives)}
 
-    def compared(self, run: Across, block: Ode, choice: Any) -> list[Any]:
+    def compared(self, run: VariantRun, block: Ode, choice: Any) -> list[Any]:
         """The integrands, and what the states give."""
         fill_explicit(block, run.state, run.instants.clocks)
         return [*block.integrands(run.state, run.instants.clocks), *(run.state[n] for n in block.targets)]
 
-    def across(self, run: Across, block: Ode, choice: Any) -> None:
+    def solve_variants(self, run: VariantRun, block: Ode, choice: Any) -> None:
         """Integrate all variants in the same steps; a variant whose equation leads nowhere leaves all of them rough."""
         count, states = len(run.size), len(block.states)
         begun = np.zeros((count, states))
         for j, n in enumerate(block.states):
             begun[:, j] = run.before.get(n, 0.0)
-        equation = _side_by_side(run, block)
+        equation = _combined_variants(run, block)
         if not run.path:  # nearby instants
             clocks = run.instants.clocks
             _, rates = equation(run.instants.tau[..., :1], [clock[..., :1] for clock in clocks]).rates(
@@ -284,43 +284,45 @@ class OdeKernel(Kernel[Ode]):
         tau = run.instants.tau
         offsets = [float(clock[0] - tau[0]) for clock in run.instants.clocks]
 
-        def at(times: FloatArray) -> Slopes:
+        def at(times: FloatArray) -> RateFunctions:
             return equation(times, [times + offset for offset in offsets])
 
-        flow = Flow(at, tau, np.zeros(0), systems=count)
+        flow = Collocation(at, tau, np.zeros(0), systems=count)
         track = flow.track(np.zeros(0), begun.reshape(-1), float(tau[-1]))
-        run.rough |= bool(track.states.until < tau[-1] or track.trouble is not Trouble.NONE)
+        run.rough |= bool(track.states.until < tau[-1] or track.failure is not OdeFailure.NONE)
         values = track.states.guess(tau).reshape(count, states, -1)
         for j, n in enumerate(block.states):
             run.state[n] = values[:, j]
 
-    def rates(self, block: Ode, moment: Moment, depth: int) -> FloatArray | None:
+    def rates(self, block: Ode, moment: SeriesMoment, depth: int) -> FloatArray | None:
         """None where freedom is left, which no velocity field says how to follow."""
         if not block.free:
             return super().rates(block, moment, depth)
-        from movimentum.solver.free.rates import undefined
+        from movimentum.solver.free.rates import mark_undefined
 
-        undefined(block, moment, depth)
+        mark_undefined(block, moment, depth)
         return None
 
-    def follow(self, path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> FlowTrack:
+    def follow(self, path: Path, grid: Grid, block: Ode, choice: Choice, gaps: list[Gap]) -> OdeTrack:
         """The tracks of the core and of the states; where there is no solution is added to ``gaps``."""
         x, count = np.array(choice.values), len(block.core)
-        until = ended(path, block, gaps)
+        until = end_of_upstream(path, block, gaps)
         scale = track_scale(path.plan, block)
         with np.errstate(all="ignore"):
             rows = block.algebraic
             if isinstance(rows, Free) and freedom_of(_Problems(path, block).at(path.begin, x[count:]), x[:count]) > 0:
-                track = _drifting(path, block, grid.tau, x, until)
+                track = _free_tracks(path, block, grid.tau, x, until)
             else:
-                track = flow(_equation(_Problems(path, block)), grid.tau, scale, x[:count], x[count:], until)
+                track = integrate_equation(
+                    _equation(_Problems(path, block)), grid.tau, scale, x[:count], x[count:], until
+                )
         if track.core.until < path.end and track.core.until < until:
             gaps.append(Gap(track.core.until, path.end, block.number))
         return track
 
     def evaluate(self, path: Path, block: Ode, track: Track, state: State, instants: Instants) -> BoolArray | None:
         """Set the states and the core; returns where there is no solution."""
-        assert isinstance(track, FlowTrack)
+        assert isinstance(track, OdeTrack)
         for n, value in zip(block.states, track.states.guess(instants.tau), strict=True):
             state[n] = value
         return newton.solve_from(path, block.algebraic, track.core, state, instants, None)

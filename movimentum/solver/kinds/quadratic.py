@@ -13,16 +13,16 @@ from movimentum.planning.blocks.kinds import Quadratic
 from movimentum.planning.blocks.reduction import size_in_rounding
 from movimentum.planning.lowering.unknowns import unknown_number
 from movimentum.planning.plan import Plan
+from movimentum.solver.basis.block_memo import code_of
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.memory import code_of
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import scale_of
-from movimentum.solver.continuation.grid import Grid, ended
+from movimentum.solver.continuation.grid import Grid, end_of_upstream
 from movimentum.solver.continuation.tracks import Choice, Circles, Gap, Path, SignTrack, Track
-from movimentum.solver.kinds.across import Lift
-from movimentum.solver.kinds.context import AFAR, Beginning, Found, Kernel, Resuming
+from movimentum.solver.kinds.context import FAR_AWAY, BlockSolutions, Kernel, ResumeContext, StartContext
+from movimentum.solver.kinds.variants import VariantLift
 from movimentum.tolerances import (
     CIRCLES_ALWAYS_ONE,
     CIRCLES_ONE_BUT_FOR_SPIKES,
@@ -32,11 +32,11 @@ from movimentum.tolerances import (
     ROUNDING_OF_DISCRIMINANT,
 )
 
-NEARLY_ONE = 0.1
+NEARLY_ONE_CIRCLE_PART = 0.1
 """Of its unit: a squared distance of two centres that is never less does not come to zero between nodes."""
 
 
-def _unit(plan: Plan) -> float:
+def _normal_unit(plan: Plan) -> float:
     """The smallest that the unit of the square of a line's normal may be: of places, of directions, or none."""
     return min(1.0, plan.size) ** 4
 
@@ -50,11 +50,11 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
     known = np.sort(values[~np.isnan(values)])
     if not len(known):
         return None
-    largest, typical, unit = float(known[-1]), float(known[len(known) // 2]), _unit(plan)
+    largest, typical, unit = float(known[-1]), float(known[len(known) // 2]), _normal_unit(plan)
     always = not largest > CIRCLES_ALWAYS_ONE * unit or not (
         typical > CIRCLES_ALWAYS_ONE * unit or largest > CIRCLES_ONE_BUT_FOR_SPIKES * unit
     )
-    if not always and known[0] >= NEARLY_ONE * largest:
+    if not always and known[0] >= NEARLY_ONE_CIRCLE_PART * largest:
         return None
 
     def least(node: Expr) -> Expr:
@@ -63,20 +63,20 @@ def _circles(path: Path, grid: Grid, block: Quadratic) -> Circles | None:
 
     size = add(*(size_in_rounding(part, least) for part in block.normal))
     circles = Circles(code_of([block.apart, size], plan.clocks), max(largest, LEAST_DIVISOR), always)
-    near = always or not np.nanmin(circles.apart(state, clocks, count)) >= NEARLY_ONE
+    near = always or not np.nanmin(circles.apart(state, clocks, count)) >= NEARLY_ONE_CIRCLE_PART
     return circles if near else None
 
 
 class QuadraticKernel(Kernel[Quadratic]):
     """See `Kernel`."""
 
-    def begin(self, start: Beginning, block: Quadratic) -> Found:
+    def begin(self, start: StartContext, block: Quadratic) -> BlockSolutions:
         """One solution or two, or none."""
         margin = np.broadcast_to(closed_form.margin(block, start.state, start.instants.clocks), 2)
         if not margin[0] >= -DISCRIMINANT_ZERO:
-            return Found([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
+            return BlockSolutions([], [float(margin[0]) if np.isfinite(margin[0]) else -np.inf])
         double = margin[0] <= DISCRIMINANT_ZERO and not margin[1] > DISCRIMINANT_ZERO
-        return Found([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
+        return BlockSolutions([Choice(sign=sign) for sign in ((1.0,) if double else (1.0, -1.0))])
 
     def solve(self, block: Quadratic, state: State, clocks: Sequence[FloatArray], sign: Any) -> Any:
         """Set the core; returns the margin."""
@@ -86,7 +86,9 @@ class QuadraticKernel(Kernel[Quadratic]):
         """See `closed_form.margin`."""
         return closed_form.margin(block, state, clocks)
 
-    def resume(self, on: Resuming, block: Quadratic, track: Track, state: State, instants: Instants) -> Choice | None:
+    def resume(
+        self, on: ResumeContext, block: Quadratic, track: Track, state: State, instants: Instants
+    ) -> Choice | None:
         """Set the core, on the branch that the path was on; after a pole, on the one nearest to the pose before."""
         assert isinstance(track, SignTrack)
         sign = first_of(track.sign(instants.tau))
@@ -97,7 +99,7 @@ class QuadraticKernel(Kernel[Quadratic]):
         margin = first_of(self.solve(block, state, instants.clocks, sign))
         return Choice(sign=sign) if margin >= -ROUNDING_OF_DISCRIMINANT else None
 
-    def _off(self, on: Resuming, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
+    def _off(self, on: ResumeContext, block: Quadratic, state: State, instants: Instants, sign: float) -> float:
         """How far a block is with this ``sign`` from where it is before; what is far away, from as far away on either
         side.
         """
@@ -108,13 +110,13 @@ class QuadraticKernel(Kernel[Quadratic]):
         known = np.array([first_of(on.before[n]) for n in block.unknowns])
         there = np.array([first_of(state[n]) for n in block.unknowns])
         far = np.minimum(np.abs(known / there - 1.0), np.abs(known / there + 1.0))
-        return float(np.max(np.where(np.abs(known) > AFAR * scale, far, np.abs(there - known) / scale)))
+        return float(np.max(np.where(np.abs(known) > FAR_AWAY * scale, far, np.abs(there - known) / scale)))
 
     def first_track(self, path: Path, block: Quadratic, choice: Choice) -> SignTrack:
         """The track where a path is one instant long."""
         return SignTrack(choice.sign, np.zeros(0))
 
-    def lifted(self, block: Quadratic, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Quadratic, lift: VariantLift) -> dict[str, Any]:
         """The two solutions."""
         margin = lift.formula(block.margin)
         roots = [lift.formula(root) for _, root in block.formulas[: len(block.core)]]
@@ -151,7 +153,7 @@ class QuadraticKernel(Kernel[Quadratic]):
             values = margin_of(grid.state, grid.instants.clocks, len(grid.tau))
             # as far as the others go; of this one there may be gaps that a coarser grid showed
             gaps[:] = [gap for gap in gaps if gap.block != block.number]
-            earliest = ended(path, block, gaps)
+            earliest = end_of_upstream(path, block, gaps)
             nodes = grid.tau
             if earliest < nodes[-1]:
                 reach = int(np.searchsorted(nodes, earliest, side="left"))

@@ -13,13 +13,13 @@ from movimentum.planning.plan import Plan
 from movimentum.solver.arithmetic.taylor import coefficient, shifted
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.rates import Moment
+from movimentum.solver.block.rates import SeriesMoment
 from movimentum.solver.continuation.tracks import Choice, NodeTrack, Path, Track
-from movimentum.solver.free.rates import depths
-from movimentum.solver.kinds.context import Beginning, Kernel
+from movimentum.solver.free.rates import derivative_depths
+from movimentum.solver.kinds.context import Kernel, StartContext
 from movimentum.solver.kinds.pushing import extend_pushed
 
-Rates = Callable[[Block, Moment, int], FloatArray | None]
+Rates = Callable[[Block, SeriesMoment, int], FloatArray | None]
 
 
 class VelocityKernel(Kernel[Velocity]):
@@ -30,7 +30,7 @@ class VelocityKernel(Kernel[Velocity]):
     def __init__(self, rates_of: Rates) -> None:
         self._rates_of = rates_of
 
-    def take(self, start: Beginning, block: Velocity, choice: Choice) -> None:
+    def set_choice(self, start: StartContext, block: Velocity, choice: Choice) -> None:
         """Set the rates."""
         self._set_rates(start.plan, block, start.state, start.instants)
 
@@ -44,7 +44,7 @@ class VelocityKernel(Kernel[Velocity]):
             self._set_rates(path.plan, block, state, instants, path)
         return None
 
-    def rates(self, block: Velocity, moment: Moment, depth: int) -> FloatArray | None:
+    def rates(self, block: Velocity, moment: SeriesMoment, depth: int) -> FloatArray | None:
         """Those of what it is the velocity of, one order higher."""
         for n in block.unknowns:
             series = moment.values[moment.plan.system.differentiated(n)[0]] or ()
@@ -61,10 +61,10 @@ class VelocityKernel(Kernel[Velocity]):
         """
         count, segment = len(instants), plan.system.segment
         ahead = segment.end > segment.start  # at the end of it all there is no other side of a kink
-        moment = Moment(plan, instants, [None if value is None else (value,) for value in state], ahead)
+        moment = SeriesMoment(plan, instants, [None if value is None else (value,) for value in state], ahead)
         with np.errstate(all="ignore"):
-            needed = depths(plan, block.behind, {block.law: block.order})
-            for number in block.behind:
+            needed = derivative_depths(plan, block.upstream, {block.law: block.order})
+            for number in block.upstream:
                 law, track = plan.blocks[number], None if path is None else path.tracks[number]
                 if path is not None and isinstance(law, Pushing) and isinstance(track, NodeTrack):
                     aside = 0.5 if path.end == path.begin else 0.0  # of one instant: what drives it goes on

@@ -15,8 +15,8 @@ from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.continuation.grid import Grid
 from movimentum.solver.continuation.tracks import AngleTrack, Choice, Gap, Path, Track
-from movimentum.solver.kinds.across import Across, Lift
-from movimentum.solver.kinds.context import Beginning, Found, Kernel, Resuming
+from movimentum.solver.kinds.context import BlockSolutions, Kernel, ResumeContext, StartContext
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
 
 
 def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArray:
@@ -28,7 +28,7 @@ def principal(block: Winding, state: State, k: Sequence[FloatArray]) -> FloatArr
 class WindingKernel(Kernel[Winding]):
     """See `Kernel`."""
 
-    def begin(self, start: Beginning, block: Winding) -> Found:
+    def begin(self, start: StartContext, block: Winding) -> BlockSolutions:
         """The angle nearest to the one carried over."""
         (n,) = block.core
         system, now = start.plan.system, start.carry.now
@@ -38,9 +38,9 @@ class WindingKernel(Kernel[Winding]):
         before = (now.value(system, n) or 0.0) if carried else drawn
         direction = principal(block, start.state, start.instants.clocks)
         angle = np.broadcast_to(wound(direction, np.array(before)), 2)
-        return Found([Choice(values=(float(angle[0]),))])
+        return BlockSolutions([Choice(values=(float(angle[0]),))])
 
-    def take(self, start: Beginning, block: Winding, choice: Choice) -> None:
+    def set_choice(self, start: StartContext, block: Winding, choice: Choice) -> None:
         """Set the angle, at both instants."""
         direction = principal(block, start.state, start.instants.clocks)
         start.state[block.core[0]] = wound(direction, np.array(choice.values)) * np.ones(2)
@@ -49,12 +49,12 @@ class WindingKernel(Kernel[Winding]):
         """The track where a path is one instant long."""
         return AngleTrack(np.array([path.begin]), np.array(choice.values))
 
-    def lifted(self, block: Winding, lift: Lift) -> dict[str, Any]:
+    def lifted(self, block: Winding, lift: VariantLift) -> dict[str, Any]:
         """The direction."""
         (equation,) = (lift.plan.system.equations[e] for e in block.equations)
         return {"direction": lift.code([lift.formula(part) for part in equation.residual.args[1].args[0].args])}
 
-    def across(self, run: Across, block: Winding, choice: Any) -> None:
+    def solve_variants(self, run: VariantRun, block: Winding, choice: Any) -> None:
         """Set the angle, nearest to what it was before at first."""
         (n,) = block.core
         angle = np.broadcast_to(principal(block, run.state, run.instants.clocks), run.shape)
@@ -77,7 +77,7 @@ class WindingKernel(Kernel[Winding]):
         state[block.core[0]] = wound(principal(block, state, instants.clocks), turned)
         return None
 
-    def resume(self, on: Resuming, block: Winding, track: Track, state: State, instants: Instants) -> Choice:
+    def resume(self, on: ResumeContext, block: Winding, track: Track, state: State, instants: Instants) -> Choice:
         """Set the angle; after a pole, the one nearest to that before."""
         self.evaluate(on.piece, block, track, state, instants)
         (n,) = block.core
@@ -85,16 +85,16 @@ class WindingKernel(Kernel[Winding]):
         return Choice(values=(angle if on.before is None else float(wound(angle, first_of(on.before[n]))),))
 
 
-TOGETHER = 2**16
+ANGLES_AT_A_TIME = 2**16
 """So many angles are found by one call, for the memory that this takes."""
 
 
-def evaluate_together(turns: Sequence[tuple[Winding, AngleTrack]], state: State, instants: Instants) -> BoolArray:
+def evaluate_windings(turns: Sequence[tuple[Winding, AngleTrack]], state: State, instants: Instants) -> BoolArray:
     """`WindingKernel.evaluate` for angles that do not depend on one another; returns where (F,) one of them is not
     finite.
     """
     count = len(instants)
-    most = max(1, TOGETHER // max(count, 1))
+    most = max(1, ANGLES_AT_A_TIME // max(count, 1))
     bad = np.zeros(count, dtype=np.bool_)
     for first in range(0, len(turns), most):
         some = turns[first : first + most]

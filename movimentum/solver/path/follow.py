@@ -17,16 +17,16 @@ from movimentum.planning.blocks.kinds import Block
 from movimentum.planning.plan import Plan
 from movimentum.solver.block.change_points import find_events
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.outline_ends import ends_of, inside
-from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, ended, turns
-from movimentum.solver.continuation.runaways import runaways, vanishing
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
+from movimentum.solver.block.curve_ends import inside_of_ends, open_places_of
+from movimentum.solver.continuation.grid import LARGEST_TURN, Grid, direction_unknowns, end_of_upstream
+from movimentum.solver.continuation.runaways import first_runaway, vanishing_divisors
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, OdeTrack, StillTrack
 from movimentum.solver.kinds import kernels
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import WITHOUT_VALUE_AT_ONCE
 
 
-def follow(
+def follow_path(
     plan: Plan, segment_start: Fraction, begin: float, end: float, choices: list[Choice]
 ) -> tuple[Piece, list[Gap]]:
     """Follow every block from ``begin`` (where ``choices`` hold) to ``end`` (offsets from the segment's start).
@@ -36,23 +36,27 @@ def follow(
     piece = Piece(plan, segment_start, begin, end)
     gaps: list[Gap] = []
     if end <= begin:
-        return instant(plan, segment_start, begin, choices), gaps
+        return instant_piece(plan, segment_start, begin, choices), gaps
     grid = Grid(piece)
     for block, choice in zip(plan.blocks, choices, strict=True):
         look()
         grid.begin(block)
-        places = vanishing(piece, grid, block)
+        places = vanishing_divisors(piece, grid, block)
         track = kernels.follow(piece, grid, block, choice, gaps)
         piece.tracks.append(track)
         failed = _set_state(piece, grid, block)
-        gaps += runaways(piece, block, places) + past_ends(piece, grid, block)
+        gaps += first_runaway(piece, block, places) + times_past_ends(piece, grid, block)
         if block.moving and block.single_valued and failed is not None:
-            gaps += undefined(piece, grid, block)
-        until = ended(piece, block, gaps)  # beyond, what it depends on has no solution,
+            gaps += undefined_times(piece, grid, block)
+        until = end_of_upstream(piece, block, gaps)  # beyond, what it depends on has no solution,
         if isinstance(track, NodeTrack):  # or it itself
             until = min(until, track.until)
-        while block.moving and turns(plan, block) and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN):
-            if not isinstance(track, NodeTrack | FlowTrack | StillTrack):
+        while (
+            block.moving
+            and direction_unknowns(plan, block)
+            and grid.refine(_turning(grid, block, until, failed), LARGEST_TURN)
+        ):
+            if not isinstance(track, NodeTrack | OdeTrack | StillTrack):
                 piece.tracks.pop()
                 track = kernels.follow(piece, grid, block, choice, gaps)
                 piece.tracks.append(track)
@@ -61,7 +65,7 @@ def follow(
     return piece, sorted(gaps, key=lambda gap: gap.begin)
 
 
-def instant(plan: Plan, segment_start: Fraction, begin: float, choices: list[Choice]) -> Piece:
+def instant_piece(plan: Plan, segment_start: Fraction, begin: float, choices: list[Choice]) -> Piece:
     """A piece of no length: one instant."""
     piece = Piece(plan, segment_start, begin, begin)
     for block, choice in zip(plan.blocks, choices, strict=True):
@@ -86,7 +90,7 @@ def _turning(grid: Grid, block: Block, until: float, failed: BoolArray | None) -
     return np.where(failed[:-1] & failed[1:], 0.0, change)
 
 
-def undefined(path: Piece, grid: Grid, block: Block) -> list[Gap]:
+def undefined_times(path: Piece, grid: Grid, block: Block) -> list[Gap]:
     """Where a block that is assigned or linear has no finite value (the root of a negative number, an overflow)."""
 
     def finite(state: State, count: int) -> FloatArray:
@@ -101,12 +105,12 @@ def undefined(path: Piece, grid: Grid, block: Block) -> list[Gap]:
     return [gap for gap in gaps if gap.end - gap.begin > least or not path.begin + least < gap.begin < path.end - least]
 
 
-def past_ends(path: Piece, grid: Grid, block: Block) -> list[Gap]:
+def times_past_ends(path: Piece, grid: Grid, block: Block) -> list[Gap]:
     """When places of contact that a block finds are past the ends of their outlines."""
-    ends = ends_of(path.plan, block)
+    ends = open_places_of(path.plan, block)
 
     def within(state: State, count: int) -> FloatArray:
-        values = inside(ends, state, count)
+        values = inside_of_ends(ends, state, count)
         return np.where(np.isfinite(values), values, 1.0)
 
     return _negative(path, grid, block, within) if ends else []

@@ -19,12 +19,12 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.cancellation import look
-from movimentum.planning.blocks.fused import Run
+from movimentum.planning.blocks.fused_runs import FusedRun
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
+from movimentum.solver.basis.dependencies import blocks_for, unused_windings
 from movimentum.solver.basis.instants import Instants, at_offsets
-from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.tracks import SignTrack, StillTrack, Track
@@ -66,7 +66,7 @@ class Piece:
 
     def finders(self, unknowns: Iterable[int]) -> tuple[int, ...]:
         """The numbers of the blocks that ``unknowns`` depend on, in order: those that find them, and all before."""
-        return finders(self.plan, unknowns)
+        return blocks_for(self.plan, unknowns)
 
     def instants(self, tau: FloatArray) -> Instants:
         """Instants at offsets ``tau``."""
@@ -114,7 +114,7 @@ class Piece:
         with np.errstate(all="ignore"):
             for item in plan.schedule:
                 look()
-                if isinstance(item, Run):
+                if isinstance(item, FusedRun):
                     margin = item.function(state, instants.clocks, signs)
                     if margin is not None:
                         bad |= ~(np.asarray(margin) >= -DISCRIMINANT_ZERO)
@@ -130,7 +130,7 @@ class Piece:
         schedule without them would be the same code compiled once more.
         """
         if self._idle is None:
-            self._idle = idle_windings(self.plan)
+            self._idle = unused_windings(self.plan)
         return self._idle
 
     def evaluate(self, instants: Instants, only: Iterable[int] | None = None) -> tuple[State, BoolArray]:
@@ -161,7 +161,7 @@ NEAREST, FARTHEST = 20, 6
 POINTS = 6
 ONE_SIDED = np.array([6.0, -15.0, 20.0, -15.0, 6.0, -1.0])
 """The value at 0 of the polynomial through values at 1, 2, …, 6."""
-FEWER = np.array([5.0, -10.0, 10.0, -5.0, 1.0, 0.0])
+ONE_SIDED_OF_FIVE = np.array([5.0, -10.0, 10.0, -5.0, 1.0, 0.0])
 """The same through five of them: what the two differ by tells how far they are off."""
 
 
@@ -174,10 +174,10 @@ def _symmetric(pairs: int) -> FloatArray:
     return np.array([*weights, *[0.0] * (POINTS - pairs)])
 
 
-TWO_SIDED, TWO_FEWER = _symmetric(POINTS), _symmetric(POINTS - 1)
+TWO_SIDED, TWO_SIDED_OF_FEWER = _symmetric(POINTS), _symmetric(POINTS - 1)
 
 
-def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
+def evaluate_piece(piece: Piece, instants: Instants, *, windings: bool = True) -> tuple[State, BoolArray]:
     """Evaluate a piece; an isolated instant without a solution is the limit of the motion on both sides, or on the one
     that the piece has. A pole is not removable and stays unsolved.
     """
@@ -190,7 +190,7 @@ def evaluated(piece: Piece, instants: Instants, *, windings: bool = True) -> tup
     state = copies
     bad = bad.copy()
     places = np.nonzero(lost)[0]
-    hanging = _hanging(piece)
+    hanging = _singular_unknowns(piece)
     off = np.full(len(places), np.inf)
     for halvings in range(NEAREST, FARTHEST - 1, -1):
         step = (piece.end - piece.begin) * 0.5**halvings
@@ -215,7 +215,7 @@ def _as_one(piece: Piece, state: State, instants: Instants) -> BoolArray:
     return lost
 
 
-def _hanging(piece: Piece) -> set[int]:
+def _singular_unknowns(piece: Piece) -> set[int]:
     """The unknowns that two circles which may become one, or two roots that meet, have a say in."""
     found: set[int] = set()
     for block, track in zip(piece.plan.blocks, piece.tracks, strict=True):
@@ -256,7 +256,7 @@ def _limits(
             high: FloatArray = after[n]
             one: FloatArray = np.where(good_before[:, None], low, high)
             limit: FloatArray = np.where(both, (low + high) @ TWO_SIDED, one @ ONE_SIDED)
-            fewer: FloatArray = np.where(both, (low + high) @ TWO_FEWER, one @ FEWER)
+            fewer: FloatArray = np.where(both, (low + high) @ TWO_SIDED_OF_FEWER, one @ ONE_SIDED_OF_FIVE)
             size = np.maximum(scale, np.abs(limit))
             apart = np.where(both, np.abs((low - high) @ ONE_SIDED), 0.0) / size
             miss = np.where(apart <= SIDES_AGREE, np.abs(limit - fewer) / size, np.inf)

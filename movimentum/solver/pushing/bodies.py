@@ -9,19 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.outlines.parts import KINDS
-from movimentum.outlines.skin import gathered
-from movimentum.outlines.touching import MeetingPlaces, circles
+from movimentum.outlines.round_contacts import KINDS
+from movimentum.outlines.skin import gathered_skins
+from movimentum.outlines.skin_contacts import ContactPairs, circles
 from movimentum.planning.blocks.push_rows import GapRow
 
-FEW_PAIRS = 20_000
+MOST_PAIRS_WHOLE = 20_000
 """So many pairs of parts are all looked at; of more, those of which each is near the other's outline."""
 _KIND = np.full((4, 4), -1, dtype=np.int64)
 for _number, _parts in enumerate(KINDS):
     _KIND[_parts] = _number
 
 
-class Pairs(NamedTuple):
+class PairArrays(NamedTuple):
     """M pairs of parts that may touch, as arrays (M,): see `contacts.PartPair`."""
 
     gap: IntArray
@@ -29,9 +29,9 @@ class Pairs(NamedTuple):
     i: IntArray
     j: IntArray
 
-    def some(self, which: IntArray | BoolArray) -> Pairs:
+    def some(self, which: IntArray | BoolArray) -> PairArrays:
         """Those of them."""
-        return Pairs(*(each[which] for each in self))
+        return PairArrays(*(each[which] for each in self))
 
     def one(self, place: int) -> tuple[int, int, int, int]:
         """One of them, as numbers."""
@@ -59,7 +59,7 @@ class Bodies:
         self.bends = np.array([bool(body.skin.bends) for body in self.sides], dtype=np.bool_)
         if not self.sides:
             return
-        self.skin = gathered([body.skin for body in self.sides])
+        self.skin = gathered_skins([body.skin for body in self.sides])
         tables = [[circles(body.skin, part) for part in range(4)] for body in self.sides]
         self.around = np.array([_around(each) for each in tables])
         self.counts = np.array([sum(map(len, each)) for each in tables], dtype=np.int64)
@@ -99,11 +99,11 @@ class Bodies:
 
     # --- which parts
 
-    def near(self, pose: FloatArray, within: FloatArray) -> Pairs:
+    def near(self, pose: FloatArray, within: FloatArray) -> PairArrays:
         """The parts of each gap that are no farther apart than that (G,), roughly, in one pose (4, B)."""
         gaps = np.nonzero(self.apart(pose) <= within)[0]
         if not len(gaps):
-            return Pairs(*(np.zeros(0, dtype=np.int64) for _ in range(4)))
+            return PairArrays(*(np.zeros(0, dtype=np.int64) for _ in range(4)))
         x, y, c, s = (each[self.body] for each in pose)
         mx, my, radius = self.circles.T
         x, y = x + c * mx - s * my, y + s * mx + c * my
@@ -114,7 +114,7 @@ class Bodies:
         kind = _KIND[self.part[one], self.part[other]]
         order = np.argsort(kind, kind="stable")  # kind by kind
         order = order[np.searchsorted(kind[order], 0) :]
-        return Pairs(gap[order], kind[order], self.place[one[order]], self.place[other[order]])
+        return PairArrays(gap[order], kind[order], self.place[one[order]], self.place[other[order]])
 
     def _together(
         self, pose: FloatArray, gaps: IntArray, within: FloatArray, parts: tuple[FloatArray, FloatArray, FloatArray]
@@ -149,27 +149,27 @@ class Bodies:
     @cached_property
     def _every(self) -> tuple[IntArray, IntArray, IntArray] | None:
         """All pairs of parts that may ever touch, if they are few."""
-        if int(np.sum(self.counts[self.first] * self.counts[self.second])) > FEW_PAIRS:
+        if int(np.sum(self.counts[self.first] * self.counts[self.second])) > MOST_PAIRS_WHOLE:
             return None
         gaps = np.arange(len(self.first))
         gap, one, other = _products(gaps, self._parts(gaps, self.first), self._parts(gaps, self.second))
         some = _KIND[self.part[one], self.part[other]] >= 0
         return gap[some], one[some], other[some]
 
-    def others(self, pairs: Pairs, known: Pairs) -> BoolArray:
+    def others(self, pairs: PairArrays, known: PairArrays) -> BoolArray:
         """(M,) which of the pairs are none of those that are known."""
 
-        def keys(some: Pairs) -> IntArray:
+        def keys(some: PairArrays) -> IntArray:
             return ((some.gap * len(KINDS) + some.kind) * len(self.part) + some.i) * len(self.part) + some.j
 
         return ~np.isin(keys(pairs), keys(known))
 
     # --- how far apart
 
-    def places(self, pairs: Pairs) -> MeetingPlaces:
+    def places(self, pairs: PairArrays) -> ContactPairs:
         """M pairs whose kinds are in order, made ready to be measured in any poses."""
         first, second = self.first[pairs.gap], self.second[pairs.gap]
-        return MeetingPlaces(self.skin, pairs.kind, pairs.i, pairs.j, first, second)
+        return ContactPairs(self.skin, pairs.kind, pairs.i, pairs.j, first, second)
 
 
 def _products(

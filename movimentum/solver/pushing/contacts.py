@@ -9,26 +9,26 @@ from typing import NamedTuple
 import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray, IntArray
-from movimentum.outlines.parts import KINDS, KNOBS
-from movimentum.outlines.touching import MeetingPlaces, Touch
+from movimentum.outlines.round_contacts import KINDS, KNOBS
+from movimentum.outlines.skin_contacts import ContactPairs, SkinContacts
 from movimentum.planning.blocks.kinds import Pushing
 from movimentum.planning.blocks.push_rows import GapRow
 from movimentum.records import dataclass
 from movimentum.solver.block.problem import BlockProblem
-from movimentum.solver.pushing.bodies import Bodies, Pairs
+from movimentum.solver.pushing.bodies import Bodies, PairArrays
 
 VALUE, RATE = -1, -2
 """The ``gap`` of a contact that is none of outlines: a value, or a rate, ``kind`` being its inequality."""
-AT_A_TIP = 4.0
+TIP_DISTANCE = 4.0
 """Of how near is touching: what touches so near a tip touches there."""
-KEPT = 64
+CONTACT_GROUPS_KEPT = 64
 """So many groups of contacts are kept as arrays."""
 TIPS = KINDS.index((KNOBS, KNOBS))
 
 
 class PartPair(NamedTuple):
     """What touches: of a ``gap`` (by its place in the block's rows) the parts ``i`` and ``j`` of both outlines, as
-    ``kind`` says (see `outlines.parts`), by their places among all parts of that kind.
+    ``kind`` says (see `outlines.round_contacts`), by their places among all parts of that kind.
     """
 
     gap: int
@@ -38,9 +38,9 @@ class PartPair(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lines:
+class ContactRows:
     """k contacts at F instants: their ``values`` (F, k), the derivatives by the core (F, k, n), and by what is known
-    (F, k, q). ``along`` and ``fan`` (F, k): see `Touch`.
+    (F, k, q). ``along`` and ``fan`` (F, k): see `SkinContacts`.
     """
 
     values: FloatArray
@@ -49,13 +49,13 @@ class Lines:
     along: FloatArray
     fan: FloatArray
 
-    def some(self, which: IntArray) -> Lines:
+    def some(self, which: IntArray) -> ContactRows:
         """Some of those of one instant."""
-        return Lines(*(each[which] for each in (self.values, self.slopes, self.known, self.along, self.fan)))
+        return ContactRows(*(each[which] for each in (self.values, self.slopes, self.known, self.along, self.fan)))
 
-    def first(self) -> Lines:
+    def first(self) -> ContactRows:
         """The first instant: (k,), (k, n), (k, q)."""
-        return Lines(self.values[0], self.slopes[0], self.known[0], self.along[0], self.fan[0])
+        return ContactRows(self.values[0], self.slopes[0], self.known[0], self.along[0], self.fan[0])
 
 
 class Contacts:
@@ -78,7 +78,7 @@ class Contacts:
             self.columns[k, b] = known[number]
         varying = set(self.rows.varying)
         self._still = np.array([gap.push not in varying for gap in self.rows.gaps], dtype=np.bool_)
-        self._chosen: dict[tuple[PartPair, ...], _Chosen] = {}
+        self._chosen: dict[tuple[PartPair, ...], _ChosenContacts] = {}
 
     def push(self, contact: PartPair) -> int:
         """The place of its inequality."""
@@ -102,11 +102,11 @@ class Contacts:
             found[:, k, j] = value
         return found
 
-    def wanted(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
+    def least_rates(self, problem: BlockProblem, x: FloatArray) -> FloatArray:
         """(F, K) how fast they must grow at least."""
         found = np.zeros((len(x), self.rows.count))
         if self.rows.rates:
-            for k, value in enumerate(self.rows.wanted(problem.values(x), problem.clocks)):
+            for k, value in enumerate(self.rows.least_rates(problem.values(x), problem.clocks)):
                 found[:, k] = value
         return found
 
@@ -120,7 +120,7 @@ class Contacts:
     def places(
         self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The values of contacts, ``along`` and ``fan`` (see `Lines`), at F instants, for core values (F, n): all
+        """The values of contacts, ``along`` and ``fan`` (see `ContactRows`), at F instants, for core values (F, n): all
         (F, k).
         """
         chosen = self.chosen(tuple(contacts))
@@ -146,7 +146,7 @@ class Contacts:
         back = np.argsort(chosen.places)
         return values[:, back], touch.along[:, back], touch.fan[:, back]
 
-    def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> Lines:
+    def lines(self, contacts: Sequence[PartPair], problem: BlockProblem, x: FloatArray) -> ContactRows:
         """Contacts at F instants, for core values (F, n)."""
         chosen = self.chosen(tuple(contacts))
         count, n, size = len(x), x.shape[1], len(contacts)
@@ -169,22 +169,22 @@ class Contacts:
                 four = np.concatenate([nx, ny, nx * along_ + ny * across, ny * along_ - nx * across], axis=1)
                 for given, taken in entries:
                     flat[:, given] += four[:, taken]
-        return Lines(values, slopes[:, :, :n], slopes[:, :, n:], along, fan)
+        return ContactRows(values, slopes[:, :, :n], slopes[:, :, n:], along, fan)
 
-    def chosen(self, contacts: tuple[PartPair, ...]) -> _Chosen:
+    def chosen(self, contacts: tuple[PartPair, ...]) -> _ChosenContacts:
         """Contacts as arrays."""
         found = self._chosen.get(contacts)
         if found is None:
-            if len(self._chosen) >= KEPT:
+            if len(self._chosen) >= CONTACT_GROUPS_KEPT:
                 del self._chosen[next(iter(self._chosen))]
             found = self._chosen[contacts] = self._new_chosen(contacts)
         return found
 
-    def _new_chosen(self, contacts: tuple[PartPair, ...]) -> _Chosen:
+    def _new_chosen(self, contacts: tuple[PartPair, ...]) -> _ChosenContacts:
         table = np.array(contacts, dtype=np.int64).reshape(-1, 4)
         outlines = np.nonzero(table[:, 0] >= 0)[0]
         places = outlines[np.argsort(table[outlines, 1], kind="stable")]
-        pairs = Pairs(*table[places].T)
+        pairs = PairArrays(*table[places].T)
         push = table[:, 1].copy()
         push[places] = self.bodies.push[pairs.gap]
         sides: list[_Side] = []
@@ -201,7 +201,7 @@ class Contacts:
             sides.append((bodies, tuple(entries)))
         posed = len(places) == len(contacts) and bool(self._still[pairs.gap].all())
         measured = self.bodies.places(pairs) if len(places) else None
-        return _Chosen(push, places, pairs, measured, (sides[0], sides[1]), posed)
+        return _ChosenContacts(push, places, pairs, measured, (sides[0], sides[1]), posed)
 
     # --- outlines
 
@@ -220,7 +220,7 @@ class Contacts:
             pairs = self.bodies.near(poses[:, 0], 2.0 * within - margins)
             touch = self.bodies.places(pairs).touch(poses)
             value = touch.value[0]
-            close = (np.abs(value + margins[pairs.gap]) <= within) & touch.there(within)[0]
+            close = (np.abs(value + margins[pairs.gap]) <= within) & touch.is_near(within)[0]
             sharp = self.sharp(pairs, margins[pairs.gap])
             ends = touch.point[:, 0, sharp & (np.abs(value) <= within)].T
             of_ends = pairs.gap[sharp & (np.abs(value) <= within)]
@@ -231,12 +231,12 @@ class Contacts:
             found += contacts
             met = self._met(touching, touch, some)
             for place, gap in zip(ends, of_ends, strict=True):
-                there = (touching.gap == gap) & (np.hypot(*(met - place).T) <= AT_A_TIP * within)
+                there = (touching.gap == gap) & (np.hypot(*(met - place).T) <= TIP_DISTANCE * within)
                 if np.count_nonzero(there) > 1:
                     tips.append(frozenset(contacts[k] for k in np.nonzero(there)[0].tolist()))
         return [*found, *self.rates], tips
 
-    def sharp(self, pairs: Pairs, margins: FloatArray) -> BoolArray:
+    def sharp(self, pairs: PairArrays, margins: FloatArray) -> BoolArray:
         """(M,) which pairs are of points that may meet (with margins (M,)): tips do not hold each other, but parts
         beside them.
         """
@@ -245,7 +245,7 @@ class Contacts:
         found[found] = knobs[pairs.i[found]] + knobs[pairs.j[found]] - margins[found] <= 0.0
         return found
 
-    def _met(self, pairs: Pairs, touch: Touch, some: IntArray) -> FloatArray:
+    def _met(self, pairs: PairArrays, touch: SkinContacts, some: IntArray) -> FloatArray:
         """(M, 2) where parts touch, ``some`` of the places of one pose: beside the middle of a knob."""
         found, normal = touch.point[:, 0, some].T, touch.normal[:, 0, some].T
         first, second = np.array(KINDS)[pairs.kind].T
@@ -277,7 +277,7 @@ _Side = tuple[IntArray, tuple[tuple[IntArray, IntArray], ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Chosen:
+class _ChosenContacts:
     """k contacts as arrays: their inequalities ``push`` (k,); the ``places`` (M,) of those of outlines, by kind, and
     these ``pairs``, ready to be ``measured``. ``sides``: of each side the bodies (M,); and places among (k, n + q)
     slopes, with the derivatives there, by the four parts of the bodies' poses (4 M in all). ``posed``: the poses of
@@ -286,7 +286,7 @@ class _Chosen:
 
     push: IntArray
     places: IntArray
-    pairs: Pairs
-    measured: MeetingPlaces | None
+    pairs: PairArrays
+    measured: ContactPairs | None
     sides: tuple[_Side, _Side]
     posed: bool

@@ -24,7 +24,7 @@ Placed = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Overlapping:
+class DeepOverlap:
     """Two ``things`` that overlap by ``depth``; ``push``: the number of the constraint."""
 
     push: int
@@ -32,22 +32,22 @@ class Overlapping:
     depth: float
 
 
-def overlapping(contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float) -> list[Overlapping]:
+def overlapping_gaps(contacts: Contacts, poses: FloatArray, margins: FloatArray, least: float) -> list[DeepOverlap]:
     """The gaps of a block that are deeper than ``least`` at one instant: ``poses`` (4, B) of its outlines,
     ``margins`` (K,) those of the inequalities.
     """
-    found: list[Overlapping] = []
+    found: list[DeepOverlap] = []
     if not contacts.rows.gaps:
         return found
     near = contacts.bodies.apart(poses) + margins[contacts.bodies.push] <= 0.0
     for g in np.nonzero(near)[0].tolist():
         gap = contacts.rows.gaps[g]
         bodies = int(contacts.bodies.first[g]), int(contacts.bodies.second[g])
-        depth = -(WholeGap(gap).between(poses, bodies) + float(margins[gap.push]))
+        depth = -(WholeDistance(gap).between(poses, bodies) + float(margins[gap.push]))
         if depth <= least:
             continue
         things = gap.first.thing, gap.second.thing
-        found.append(Overlapping(contacts.rows.numbers[gap.push], things, depth))
+        found.append(DeepOverlap(contacts.rows.numbers[gap.push], things, depth))
     return sorted(found, key=lambda item: -item.depth)
 
 
@@ -60,7 +60,7 @@ def _point(body: SkinBody) -> tuple[Expr, Expr] | None:
     return x, y
 
 
-class WholeGap:
+class WholeDistance:
     """The distance of two outlines over the whole of both, wherever they are."""
 
     def __init__(self, gap: GapRow) -> None:

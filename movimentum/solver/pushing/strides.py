@@ -15,22 +15,22 @@ import numpy as np
 
 from movimentum.arrays import BoolArray, FloatArray
 from movimentum.records import dataclass, field
-from movimentum.solver.basis.effort import tightening
+from movimentum.solver.basis.effort import step_tightening
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.solver.free.velocity import NearInstants
-from movimentum.solver.pushing.dense import (
+from movimentum.solver.pushing.contact_projection import project_onto_contacts
+from movimentum.solver.pushing.dense_steps import (
     DEGREE,
     DERIVATIVES,
     INTEGRALS,
     STEEPEST,
+    DenseStep,
     Kink,
-    Stride,
-    kink,
+    kink_in,
     series,
-    times_of,
+    step_times,
 )
-from movimentum.solver.pushing.holding import held_at
-from movimentum.solver.pushing.together import StepInstants, velocities
+from movimentum.solver.pushing.push_law_at_instants import PushedInstants, velocities_with_active
 from movimentum.tolerances import (
     COARSEST_FREE_MOTION_STEP,
     LEAST_DIVISOR,
@@ -45,27 +45,27 @@ from movimentum.tolerances import (
 )
 
 if TYPE_CHECKING:
-    from movimentum.solver.pushing.going import Going
+    from movimentum.solver.pushing.phase_motion import PhaseMotion
 
 ROUNDS = 24
 """So often velocities are found in a step at most."""
-AGREED = 0.1
+AGREEMENT = 0.1
 """Of what a step may be off: how near what it leads to has to be to what it was found from."""
 STEPS = 1500
 """So many in one phase; a motion that needs more is given a hundredth of the accuracy each time."""
-STAGES = 3
+ACCURACY_STAGES = 3
 """So many times, before it cannot be followed."""
-LONGER, SHORTER = 6.0, 0.1
+LONGEST_GROWTH, LARGEST_SHRINK = 6.0, 0.1
 """How much longer or shorter the next step is, at most."""
-LOST = 0.3
+LOST_SHRINK = 0.3
 """The same where velocities and poses do not come to agree."""
-MIXED = 4
+MIXED_POSES = 4
 """So many poses that were tried before have a part in the next one."""
-SLOW = 10
+SLOW_ROUNDS = 10
 """Rounds: a step that takes more is followed by none that is longer."""
 
 
-class Mixing:
+class AndersonMixing:
     """What is tried next where one pose of a step leads to another: of the last ones, the mixture that would lead to
     itself if it all were linear (Anderson 1965, J. ACM 12; Walker & Ni 2011, SIAM J. Numer. Anal. 49).
     """
@@ -76,7 +76,7 @@ class Mixing:
 
     def next(self, tried: FloatArray, found: FloatArray) -> FloatArray:
         """After poses (F, n) that were ``tried`` led to those that were ``found``."""
-        self.tried = [*self.tried[-MIXED:], (tried, found)]
+        self.tried = [*self.tried[-MIXED_POSES:], (tried, found)]
         off = [((there - here) / self.scale).ravel() for here, there in self.tried]
         if len(off) < 2:
             return found
@@ -91,52 +91,54 @@ class Mixing:
 
 
 @dataclass(slots=True, eq=False)
-class Strides:
+class PhaseSteps:
     """The steps of a phase, each up to where it is used; the last may end at an event."""
 
-    going: Going
+    phase: PhaseMotion
     tolerance: float
-    taken: list[Stride] = field(default_factory=list[Stride])
+    steps: list[DenseStep] = field(default_factory=list[DenseStep])
     tau: float = 0.0
     x: FloatArray = field(default_factory=lambda: np.zeros(0))
     rate: FloatArray = field(default_factory=lambda: np.zeros(0))
     determined: bool = False
 
-    def go(self, tau: float, x: FloatArray, end: float, total: float) -> None:
+    def follow(self, tau: float, x: FloatArray, end: float, total: float) -> None:
         """From core values ``x`` (n,) at ``tau`` to the ``end``, or the first event, or where it cannot be followed."""
-        going, tolerance = self.going, self.tolerance * tightening()
+        going, tolerance = self.phase, self.tolerance * step_tightening()
         self.tau, self.x, self.rate = tau, x, going.velocity(tau, x, after=True)
         self.determined = going.determined(tau, x)
-        first = length = going.first(self.determined, self.tolerance)
+        first = length = going.first_step(self.determined, self.tolerance)
         spent, stage = 0, 0
         until: float | None = None  # after a kink; before that no step is longer
         while self.tau < end:
             spent += 1
             if spent > STEPS:
                 spent, stage, tolerance = 0, stage + 1, min(100.0 * tolerance, COARSEST_FREE_MOTION_STEP)
-                if stage >= STAGES:
+                if stage >= ACCURACY_STAGES:
                     return
-            step = min(length, going.longest(self.tau, self.x, self.rate), end - self.tau)
+            step = min(length, going.longest_step(self.tau, self.x, self.rate), end - self.tau)
             if end - self.tau - step < STRIDE_NOT_LEFT * step:
                 step = end - self.tau
-            found, off, rounds = self._stride(step, tolerance)
-            if not isinstance(found, Stride) and step <= SHORTEST_PATH_STEP * total:
+            found, off, rounds = self._try_step(step, tolerance)
+            if not isinstance(found, DenseStep) and step <= SHORTEST_PATH_STEP * total:
                 return
             if isinstance(found, Kink):
                 until = self.tau + step * found.after
                 length = step * (found.before or found.after)
                 continue
             if found is None:
-                length = step * (float(np.clip(0.9 * off ** (-1.0 / DEGREE), SHORTER, 0.5)) if off < np.inf else LOST)
+                length = step * (
+                    float(np.clip(0.9 * off ** (-1.0 / DEGREE), LARGEST_SHRINK, 0.5)) if off < np.inf else LOST_SHRINK
+                )
                 continue
-            self.taken.append(found)
-            event = going.seen(found)
+            self.steps.append(found)
+            event = going.end_in(found)
             if event is not None:
                 self.tau, self.x, self.rate = event
                 return
             self.tau, self.x, self.rate = self.tau + step, found.x[-1], found.rates[-1]
-            longer = float(np.clip(0.9 * max(off, LEAST_DIVISOR) ** (-1.0 / DEGREE), SHORTER, LONGER))
-            length = step * (longer if rounds < SLOW else min(longer, 1.0))
+            longer = float(np.clip(0.9 * max(off, LEAST_DIVISOR) ** (-1.0 / DEGREE), LARGEST_SHRINK, LONGEST_GROWTH))
+            length = step * (longer if rounds < SLOW_ROUNDS else min(longer, 1.0))
             if until is not None:
                 length, until = (until - self.tau, until) if self.tau < until else (max(length, first), None)
 
@@ -149,32 +151,34 @@ class Strides:
         """(n,) which unknowns move in a step, with poses ``there`` (F, n), but for rounding: neither in all, nor at
         their fastest.
         """
-        course = self.going.course
-        still = PUSH_RESTS_IN_A_STEP * course.scale
+        path = self.phase.path
+        still = PUSH_RESTS_IN_A_STEP * path.scale
         way = np.max(np.abs(there[1:] - there[-1]), axis=0)  # the first is off by how closely an event was found
-        fastest = np.max(np.abs(rates), axis=0) * max(step, course.spacing)
-        return course.moving(np.where((way > still) | (fastest > STEEPEST * still), rates, 0.0))
+        fastest = np.max(np.abs(rates), axis=0) * max(step, path.spacing)
+        return path.moving(np.where((way > still) | (fastest > STEEPEST * still), rates, 0.0))
 
-    def _taken(
-        self, step: float, problem: BlockProblem, there: FloatArray, rates: FloatArray, instants: StepInstants
-    ) -> Stride:
+    def _step_taken(
+        self, step: float, problem: BlockProblem, there: FloatArray, rates: FloatArray, instants: PushedInstants
+    ) -> DenseStep:
         """A step, in which what rests keeps its numbers to the last bit."""
-        moving, rounding = self._moving(step, there, rates), 0.1 * PUSH_RESTS_IN_A_STEP * self.going.course.scale
+        moving, rounding = self._moving(step, there, rates), 0.1 * PUSH_RESTS_IN_A_STEP * self.phase.path.scale
         place = np.where(np.abs(there[-1] - self.x) > rounding, there[-1], self.x)
         there, rates = np.where(moving, there, place), np.where(moving, rates, 0.0)
         coefficients = np.where(moving, series(there), 0.0)
         coefficients[0, ~moving] = place[~moving]
-        return Stride(self.tau, step, problem, there, rates, coefficients, moving, instants)
+        return DenseStep(self.tau, step, problem, there, rates, coefficients, moving, instants)
 
-    def _held(self, problem: BlockProblem, guess: FloatArray, moving: BoolArray) -> tuple[FloatArray, BoolArray] | None:
+    def _projected(
+        self, problem: BlockProblem, guess: FloatArray, moving: BoolArray
+    ) -> tuple[FloatArray, BoolArray] | None:
         """The poses (F, n) near ``guess`` that the contacts hold, of which the first is known, and what had to move for
         that: only what is ``moving``, or else everything. None where not even that is enough.
         """
-        going, course = self.going, self.going.course
+        going, path = self.phase, self.phase.path
         every = np.ones(len(self.x), dtype=np.bool_)
         for some in (moving, every) if moving.any() else (every,):
-            frame, _ = course.frame(some)
-            there, off = held_at(course.contacts, problem, guess, going.held, going.at, frame)
+            frame, _ = path.frame(some)
+            there, off = project_onto_contacts(path.contacts, problem, guess, going.active, going.at, frame)
             if (off <= RESTORED).all():
                 there[0] = self.x
                 return there, some
@@ -182,65 +186,65 @@ class Strides:
 
     def _determined(
         self, step: float, near: NearInstants, guess: FloatArray
-    ) -> tuple[Stride | Kink | None, float, int]:
+    ) -> tuple[DenseStep | Kink | None, float, int]:
         """The same where nothing is free: the poses alone tell how fast they change."""
-        course, problem = self.going.course, near.problem
-        held = self._held(problem, guess, course.moving(self.rate[None]))
+        path, problem = self.phase.path, near.problem
+        held = self._projected(problem, guess, path.moving(self.rate[None]))
         if held is None:
             return None, np.inf, 1
         there, moving = held
         rates = np.where(moving, DERIVATIVES @ there / step, 0.0)
-        last = float(np.max(np.abs(series(there)[-2:]) / course.scale))
-        begun = step * float(np.max(np.abs(rates[0] - self.rate) / course.scale))
+        last = float(np.max(np.abs(series(there)[-2:]) / path.scale))
+        begun = step * float(np.max(np.abs(rates[0] - self.rate) / path.scale))
         error = max(last / self.dense, begun / PUSH_GUESS)
         if error > 1.0:
-            return kink(there / course.scale), error, 1
-        instants = course.instants(problem, near, there, self.going.touching)
-        return self._taken(step, problem, there, rates, instants), error, 1
+            return kink_in(there / path.scale), error, 1
+        instants = path.instants(problem, near, there, self.phase.touching)
+        return self._step_taken(step, problem, there, rates, instants), error, 1
 
-    def _stride(self, step: float, tolerance: float) -> tuple[Stride | Kink | None, float, int]:
+    def _try_step(self, step: float, tolerance: float) -> tuple[DenseStep | Kink | None, float, int]:
         """A step of that length; how far it is off, in units of what is allowed; and in how many rounds it was found.
         Where it is off more, None, or the kink that is the reason.
         """
-        going, x = self.going, self.x
-        course, turning = going.course, going.course.turning
-        times = times_of(self.tau, step)
-        near = NearInstants(course.differences, times)
+        going, x = self.phase, self.x
+        path, turning = going.path, going.path.turning
+        times = step_times(self.tau, step)
+        near = NearInstants(path.differences, times)
         problem = near.problem
         pace = turning.paces(x, self.rate)
         guess = turning.moved(x, (times - self.tau)[:, None] * pace)
         guess[0] = x
         if self.determined:
             return self._determined(step, near, guess)
-        moving, before = course.moving(self.rate[None]), np.inf
-        mixed = Mixing(course.scale)
+        moving, before = path.moving(self.rate[None]), np.inf
+        mixed = AndersonMixing(path.scale)
         for rounds in range(1, ROUNDS + 1):
-            held = self._held(problem, guess, moving)
+            held = self._projected(problem, guess, moving)
             if held is None:
                 return None, np.inf, rounds
             there, moving = held
-            instants = course.instants(problem, near, there, going.touching)
-            found = velocities(instants, going.which, going.posed)
+            instants = path.instants(problem, near, there, going.touching)
+            found = velocities_with_active(instants, going.which, going.posed)
             if found is None:
                 return None, np.inf, rounds
             rates, free = found
             paces = turning.paces(there, rates)
             given, guess = guess, turning.moved(x, step * (INTEGRALS @ paces))
-            whole = float(np.max(np.abs(guess - there) / course.scale))
-            open_ = float(np.max(course.along(free, guess - there) / course.scale))
-            if not np.isfinite(whole) or (rounds > 2 and open_ > AGREED * tolerance and open_ > 0.7 * before):
+            whole = float(np.max(np.abs(guess - there) / path.scale))
+            open_ = float(np.max(path.along(free, guess - there) / path.scale))
+            if not np.isfinite(whole) or (rounds > 2 and open_ > AGREEMENT * tolerance and open_ > 0.7 * before):
                 return None, np.inf, rounds
             more = moving | self._moving(step, there, rates)
-            if open_ <= AGREED * tolerance and (more == moving).all():
+            if open_ <= AGREEMENT * tolerance and (more == moving).all():
                 break
             before, moving = open_, more
             guess = mixed.next(given, guess)
         else:
             return None, np.inf, ROUNDS
-        last = float(np.max(np.abs(series(there)[-2:]) / course.scale))
+        last = float(np.max(np.abs(series(there)[-2:]) / path.scale))
         error = max(whole / PUSH_GUESS, last / self.dense)
         tail = turning.moved(there[-1], step / DEGREE * series(paces)[-2:]) - there[-1]
-        error = max(error, float(np.max(course.along(free, tail) / course.scale)) / tolerance)
+        error = max(error, float(np.max(path.along(free, tail) / path.scale)) / tolerance)
         if error > 1.0:
-            return kink(rates / course.scale), error, rounds
-        return self._taken(step, problem, there, rates, instants), error, rounds
+            return kink_in(rates / path.scale), error, rounds
+        return self._step_taken(step, problem, there, rates, instants), error, rounds

@@ -11,12 +11,12 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.records import dataclass, field
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.pushing.contacts import PartPair
-from movimentum.solver.pushing.dense import DEGREE, basis
-from movimentum.solver.pushing.freeing import FreePlace
-from movimentum.solver.pushing.overlap import Overlapping
+from movimentum.solver.pushing.dense_steps import DEGREE, basis
+from movimentum.solver.pushing.overlap import DeepOverlap
+from movimentum.solver.pushing.overlap_removal import FreePlace
 
 
-class Happening(StrEnum):
+class EventKind(StrEnum):
     """Contact begins, ends, goes on with other parts of the same outlines, or lets nothing move any more; or it is a
     matter of chance past which side of each other two corners go on.
     """
@@ -29,24 +29,24 @@ class Happening(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class PushEvent:
     """What happens at offset ``tau``: ``push`` is the number of the inequality's constraint, ``things`` whose outlines
     they are.
     """
 
     tau: float
-    happening: Happening
+    kind: EventKind
     push: int
     things: tuple[int, int] | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Phase:
-    """From ``begin`` on these contacts are ``held``, at these values."""
+class ContactPhase:
+    """From ``begin`` on these contacts are ``contacts``, at these values."""
 
     begin: float
-    held: tuple[PartPair, ...]
-    at: tuple[float, ...]
+    contacts: tuple[PartPair, ...]
+    values: tuple[float, ...]
 
 
 class PushEnd(StrEnum):
@@ -71,11 +71,11 @@ class PushTrack(NodeTrack):
     (S, n): which unknowns do at all.
     """
 
-    phases: Sequence[Phase] = ()
-    events: Sequence[Event] = ()
+    phases: Sequence[ContactPhase] = ()
+    events: Sequence[PushEvent] = ()
     end: PushEnd = PushEnd.NONE
     jammed: Sequence[tuple[int, tuple[int, int] | None]] = field(default_factory=tuple)
-    overlaps: Sequence[Overlapping] = ()
+    overlaps: Sequence[DeepOverlap] = ()
     free: Sequence[FreePlace] = ()
     begins: FloatArray = field(default_factory=lambda: np.zeros(0))
     lengths: FloatArray = field(default_factory=lambda: np.zeros(0))

@@ -27,17 +27,25 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.records import dataclass, field, replace
 from movimentum.scene.leaves import Bearing, Cord
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, ThingProperty, VariableComponent
-from movimentum.solver.arithmetic.evaluation import ordered
+from movimentum.solver.arithmetic.evaluation import ordered_nodes
 from movimentum.solver.arithmetic.taylor import Series, Taylor, coefficient, plus, times
 from movimentum.solver.basis.instants import Instants, at_times
 from movimentum.solver.basis.pose_state import Snapshot
-from movimentum.solver.block.rates import Moment
+from movimentum.solver.block.rates import SeriesMoment
 from movimentum.solver.continuation.tracks import NodeTrack
-from movimentum.solver.free.rates import depths, undefined
+from movimentum.solver.free.rates import derivative_depths, mark_undefined
 from movimentum.solver.kinds.kernels import rates_along
-from movimentum.solver.motion import BATCH, PathMotion
-from movimentum.solver.path.piece import FEWER, ONE_SIDED, POINTS, TWO_FEWER, TWO_SIDED, Piece, evaluated
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.motion import FRAMES_AT_A_TIME, PathMotion
+from movimentum.solver.path.piece import (
+    ONE_SIDED,
+    ONE_SIDED_OF_FIVE,
+    POINTS,
+    TWO_SIDED,
+    TWO_SIDED_OF_FEWER,
+    Piece,
+    evaluate_piece,
+)
+from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.tolerances import (
     LEAST_DIVISOR,
     LIMITS_AGREE,
@@ -88,7 +96,7 @@ def _rates(
     place = 0
     while place < len(instants):
         number = timeline.segment_at(instants[place])
-        end = min(place + BATCH, len(instants))
+        end = min(place + FRAMES_AT_A_TIME, len(instants))
         if number + 1 < len(timeline.segments):
             end = bisect_left(instants, timeline.segments[number + 1].start, place, end)
         ahead = True
@@ -111,16 +119,16 @@ def _in_segment(
 ) -> FloatArray:
     result = np.full((len(orders), len(expressions), len(instants)), np.nan)
     for piece, chosen, part in segment_motion.by_piece(instants):
-        if isinstance(piece, Unsolved):
+        if isinstance(piece, UnsolvedInterval):
             continue
-        course = _Course(piece, segment_motion.base.now, tuple(expressions), orders[-1], ahead)
+        course = _PieceRates(piece, segment_motion.base.now, tuple(expressions), orders[-1], ahead)
         with np.errstate(all="ignore"):
             result[:, :, chosen] = course.all_rates(part) if len(orders) > 1 else course.rates(part)
     return result
 
 
 @dataclass(slots=True, eq=False)
-class _Course:
+class _PieceRates:
     """The rates of ``expressions`` on one piece; ``base`` is where things are that its plan does not know."""
 
     piece: Piece
@@ -134,12 +142,14 @@ class _Course:
     depths: dict[int, int] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.nodes = ordered(self.expressions)
+        self.nodes = ordered_nodes(self.expressions)
         plan = self.piece.plan
         asked = [n for p in symbols(*self.expressions) for n in self._numbers(p)]
-        self.needed = plan.behind(asked)
+        self.needed = plan.rate_blocks(asked)
         self.depth = self.order + sum(node.op == "derivative" for node in self.nodes)
-        self.depths = depths(plan, self.needed, {plan.owner[n]: self.depth for n in asked if n in plan.owner})
+        self.depths = derivative_depths(
+            plan, self.needed, {plan.owner[n]: self.depth for n in asked if n in plan.owner}
+        )
 
     # --- what is needed
 
@@ -209,7 +219,7 @@ class _Course:
         both = has_before & np.asarray(np.isfinite(after).all(axis=(0, 2)), dtype=np.bool_)
         one = np.where(has_before[:, None], before, after)
         limit = np.where(both, (before + after) @ TWO_SIDED, one @ ONE_SIDED)
-        fewer = np.where(both, (before + after) @ TWO_FEWER, one @ FEWER)
+        fewer = np.where(both, (before + after) @ TWO_SIDED_OF_FEWER, one @ ONE_SIDED_OF_FIVE)
         near = np.nanmax(np.abs(np.concatenate([before, after], axis=2)), axis=2, initial=LEAST_DIVISOR)
         near = np.maximum(near, SLOW_RATE * pace)
         sides = np.where(both, np.abs((before - after) @ ONE_SIDED), 0.0) / near
@@ -236,9 +246,9 @@ class _Course:
 
     def _series(self, instants: Instants) -> tuple[list[Series], FloatArray, list[Series | None]]:
         """The expressions by time, (F,) the worst reciprocal condition number on the way, and the unknowns by time."""
-        state, bad = evaluated(self.piece, instants)
+        state, bad = evaluate_piece(self.piece, instants)
         values: list[Series | None] = [None if value is None else (value,) for value in state]
-        moment = Moment(self.piece.plan, instants, values, self.ahead)
+        moment = SeriesMoment(self.piece.plan, instants, values, self.ahead)
         condition = np.where(bad, np.nan, 1.0)
         for number in self.needed:
             block, track, depth = self.piece.plan.blocks[number], self.piece.tracks[number], self.depths[number]
@@ -246,7 +256,7 @@ class _Course:
                 things = (self.piece.plan.system.unknowns[n].thing for n in block.unknowns)
                 raise UndefinedRate(next((t for t in things if t is not None), None))
             if isinstance(track, NodeTrack) and math.isinf(track.tolerance):  # accuracy was given up on the way
-                undefined(block, moment, depth)
+                mark_undefined(block, moment, depth)
                 continue
             found = rates_along(self.piece, block, track, moment, depth)
             if found is not None:
@@ -255,7 +265,7 @@ class _Course:
         series = taylor.values(self.nodes, self.expressions, lambda node: self._leaf(node, moment, taylor))
         return series, condition, values
 
-    def _leaf(self, node: Expr, moment: Moment, taylor: Taylor) -> Series:
+    def _leaf(self, node: Expr, moment: SeriesMoment, taylor: Taylor) -> Series:
         """A clock, or a symbol of the scene."""
         if node.op == "clock":
             return moment.clock(node)
@@ -273,7 +283,7 @@ class _Course:
             case _:
                 raise NotImplementedError(node.payload)
 
-    def _anchor(self, thing: int, anchor: int, axis: int, moment: Moment, taylor: Taylor) -> Series:
+    def _anchor(self, thing: int, anchor: int, axis: int, moment: SeriesMoment, taylor: Taylor) -> Series:
         """A world coordinate of an anchor, as `basis.body_pose.solved_pose` has it."""
         system = self.piece.plan.system
         get, frame, before = system.number_of.get, system.frame(thing), self.base.things[thing]

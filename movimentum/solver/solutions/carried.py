@@ -7,20 +7,20 @@ import numpy as np
 from movimentum.arrays import FloatArray, first_of, least_squares
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.plan import Plan
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.block.problem import BlockProblem
 
 STEPS = 4
 """One finds what the equations are linear in, the factor of a place along a line; more come nearer to anything else."""
 
 
-def carried_values(plan: Plan, block: Newton, carry: Carry) -> FloatArray:
+def carried_values(plan: Plan, block: Newton, carry: PoseState) -> FloatArray:
     """The block's core as carried over (as drawn at the beginning); unknowns that have no such value are 0."""
     values = [carry.now.value(plan.system, n) for n in block.core]
     return np.array([0.0 if v is None else v for v in values])
 
 
-def completed(plan: Plan, problem: BlockProblem, carry: Carry, x: FloatArray) -> FloatArray:
+def complete_core(plan: Plan, problem: BlockProblem, carry: PoseState, x: FloatArray) -> FloatArray:
     """``x`` (n,) with what nothing drawn tells (the value of a `_` or of a variable) set so that the equations hold and
     the unknowns that are eliminated come out as they are carried, as nearly as can be (Gauss-Newton steps).
     """

@@ -25,7 +25,7 @@ from movimentum.expressions import ZERO
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.records import dataclass
-from movimentum.solver.basis.memory import memoized
+from movimentum.solver.basis.block_memo import memoized
 from movimentum.solver.block.problem import BlockProblem
 from movimentum.tolerances import (
     HOMOTOPY_DIFFERENCE,
@@ -43,11 +43,11 @@ from movimentum.tolerances import (
 
 ComplexArray = NDArray[np.complex128]
 
-LARGEST = 512
+MOST_PATHS = 512
 """Paths; the count is the product of the equations' degrees."""
-INFINITE = 1e5
+INFINITE_SIZE = 1e5
 """Size (in units of the unknowns' own) beyond which a path is taken to end at infinity."""
-STEPS = 400
+MOST_STEPS = 400
 
 
 Inputs = Mapping[int, Any]
@@ -105,7 +105,7 @@ class AllSolutions:
     @property
     def applicable(self) -> bool:
         """Whether the method can be used: polynomials, and not too many paths."""
-        return self.degrees is not None and math.prod(self.degrees) <= LARGEST
+        return self.degrees is not None and math.prod(self.degrees) <= MOST_PATHS
 
     def at(self, problem: BlockProblem) -> RealSolutions:
         """All real solutions at one instant."""
@@ -276,7 +276,7 @@ class TotalDegree:
         return left * start + right * values, whole, values - start
 
 
-def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+def _solve_systems(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     try:
         result = np.linalg.solve(matrix, right[..., None])[..., 0]
     except np.linalg.LinAlgError:
@@ -285,12 +285,14 @@ def _solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
 
 
 def _track(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, bool]:
-    """`followed`: the finite ends, and whether all paths came to an end."""
-    x, finite, lost = followed(problem, first)
+    """`follow_paths`: the finite ends, and whether all paths came to an end."""
+    x, finite, lost = follow_paths(problem, first)
     return x[finite], not lost.any()
 
 
-def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, NDArray[np.bool_], NDArray[np.bool_]]:
+def follow_paths(
+    problem: PathProblem, first: float = 0.02
+) -> tuple[ComplexArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Follow all paths from t = 0 to 1, each with its own step (``first`` to begin with): where they end (paths, n),
     which ends are finite (paths,), and which paths could not be followed to an end (paths,).
 
@@ -303,7 +305,7 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
     t = np.zeros(count)
     h = np.full(count, first)
     alive = np.ones(count, dtype=np.bool_)
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         active = np.nonzero(alive & (t < 1.0))[0]
         if len(active) == 0:
             break
@@ -314,7 +316,7 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
         last = np.full(len(active), np.inf)
         for round_ in range(3):
             value, jacobian, _ = problem.at(guess, now + step, active)
-            move = _solve(jacobian, value)
+            move = _solve_systems(jacobian, value)
             guess = guess - move
             size = np.max(np.abs(move), axis=1) / (1.0 + np.max(np.abs(guess), axis=1))
             if round_ == 0:
@@ -329,12 +331,12 @@ def followed(problem: PathProblem, first: float = 0.02) -> tuple[ComplexArray, N
         h[active[~good]] = 0.5 * step[~good]
         # a path that grows without bound, or whose steps shrink to nothing while it is large, ends at infinity
         large = np.max(np.abs(x), axis=1)
-        alive &= ~((large > INFINITE) | ((h < HOMOTOPY_STEP_AT_INFINITY) & (large > 50.0)))
+        alive &= ~((large > INFINITE_SIZE) | ((h < HOMOTOPY_STEP_AT_INFINITY) & (large > 50.0)))
         alive &= h > SHORTEST_HOMOTOPY_STEP
     ended = t >= 1.0
     large = np.max(np.abs(x), axis=1)
     lost = ~ended & ~((large > 50.0) | ~np.isfinite(large))
-    return x, ended & (large < INFINITE), lost
+    return x, ended & (large < INFINITE_SIZE), lost
 
 
 def _tangent(
@@ -344,7 +346,7 @@ def _tangent(
 
     def slope(way: ComplexArray | float, part: float) -> ComplexArray:
         _, jacobian, by_t = problem.at(x + part * step[:, None] * way, t + part * step, paths)
-        return -_solve(jacobian, by_t)
+        return -_solve_systems(jacobian, by_t)
 
     first = slope(0.0, 0.0)
     second = slope(first, 0.5)

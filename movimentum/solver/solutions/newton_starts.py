@@ -14,14 +14,14 @@ from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, symbol_numbe
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
 from movimentum.scene.leaves import ContactPlace
-from movimentum.solver.basis.memory import memoized
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.block_memo import memoized
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.block.linearization import is_mobile
 from movimentum.solver.block.newton import freedom_of, newton
 from movimentum.solver.block.problem import BlockProblem, relative_error, scale_of
-from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least, turns_of
-from movimentum.solver.free.velocity import projected
-from movimentum.solver.solutions.carried import carried_values, completed
+from movimentum.solver.free.initial_pose import STEPS, LeastPose, Turn, least_pose, turns_of
+from movimentum.solver.free.velocity import project_onto_equations
+from movimentum.solver.solutions.carried import carried_values, complete_core
 from movimentum.solver.solutions.homotopy import AllSolutions
 from movimentum.solver.solutions.touching_starts import touching_starts
 from movimentum.tolerances import (
@@ -40,20 +40,20 @@ from movimentum.tolerances import (
 SEEDS = 64
 LARGEST_BATCH = 4_000_000
 """Entries of the Jacobians of all starts at once: larger blocks have fewer starts."""
-NEXT = 0.1
+NEXT_TO_POSE = 0.1
 """In units of the unknowns' scale: a solution nearer than that to the pose on show is next to it."""
 NEWTON_EFFORT, PATH_EFFORT = 100, 12
 """What the seeded starts of a block, and each path of its homotopy, count for."""
-BEGINS = 6
+LEAST_POSE_STARTS = 6
 """Solutions from which the least turned pose is looked for, where it cannot be reached from the pose carried over."""
 
 
-Sides = Callable[[FloatArray], bool]
+SideCondition = Callable[[FloatArray], bool]
 """Whether core values (n,) satisfy the inequalities about what a block finds and is given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Starts:
+class FoundSolutions:
     """Solutions of a block (core vectors); ``complete`` where they are known to be all; ``effort``: what finding them
     took, in solutions of a block in closed form.
     """
@@ -63,7 +63,9 @@ class Starts:
     effort: int = 1
 
 
-def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSolutions | None = None) -> Starts:
+def newton_starts(
+    plan: Plan, problem: BlockProblem, carry: PoseState, every: AllSolutions | None = None
+) -> FoundSolutions:
     """The distinct solutions: those reached from the carried pose and from seeded random poses, and, where the block is
     polynomial and small, all of them by homotopy.
 
@@ -74,29 +76,29 @@ def newton_starts(plan: Plan, problem: BlockProblem, carry: Carry, every: AllSol
     first = carried_values(plan, block, carry)
     if any(plan.system.unknowns[n].thing in carry.now.known for n in block.core):
         outcome = newton(one, first[None], iterations=6)
-        near = NEXT if carry.shown else SAME_ROOT
+        near = NEXT_TO_POSE if carry.is_shown else SAME_ROOT
         if outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < near:
-            return Starts([outcome.x[0]], True)
-    if block.rows == len(block.core) and _mobile(one, completed(plan, one, carry, first)):
-        return Starts([], True)
-    every = every or all_of(plan, block, scale)
+            return FoundSolutions([outcome.x[0]], True)
+    if block.rows == len(block.core) and _is_singular_mobile(one, complete_core(plan, one, carry, first)):
+        return FoundSolutions([], True)
+    every = every or all_solutions_of(plan, block, scale)
     roots = every.at(one) if every.applicable else None
     ends = np.array([] if roots is None else roots.real).reshape(-1, len(first))
     effort = 1 if roots is None else PATH_EFFORT * roots.paths
     if roots is None or not roots.complete or every.asked == 1:  # asked again, paths alone have shown to find them all
-        seeds = seeds_of(first)
-        scattered = touching_starts(plan, one, carry, scattered_starts(plan, block, first, scale, seeds))
+        seeds = seed_count(first)
+        scattered = touching_starts(plan, one, carry, random_starts(plan, block, first, scale, seeds))
         outcome = newton(problem.first(seeds), scattered, iterations=60, limit=0.5, afar=True)
         ends = np.concatenate([outcome.x, ends])
         effort += NEWTON_EFFORT
     if not len(ends):
-        return Starts([], True, effort)
+        return FoundSolutions([], True, effort)
     found = _distinct(problem, ends)
-    if not found and roots is None and (small := _of_any_size(plan, block, scale)) is not None:
+    if not found and roots is None and (small := _random_variables(plan, block, scale)) is not None:
         outcome = newton(problem.first(len(small)), small, iterations=60, limit=0.5, afar=True)
         found = _distinct(problem, outcome.x)
         effort += NEWTON_EFFORT
-    return Starts(found, roots is not None and roots.complete, effort)
+    return FoundSolutions(found, roots is not None and roots.complete, effort)
 
 
 def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
@@ -112,12 +114,12 @@ def _distinct(problem: BlockProblem, ends: FloatArray) -> list[FloatArray]:
     return found
 
 
-def seeds_of(first: FloatArray) -> int:
+def seed_count(first: FloatArray) -> int:
     """How many starts to try from."""
     return max(1, min(SEEDS, LARGEST_BATCH // max(1, len(first)) ** 2))
 
 
-def scattered_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
+def random_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatArray, seeds: int) -> FloatArray:
     """(seeds, n) core vectors: ``first``, and random ones; directions of unit length, places about where
     they were, contacts anywhere on their outlines.
     """
@@ -140,14 +142,14 @@ def scattered_starts(plan: Plan, block: Newton, first: FloatArray, scale: FloatA
     return starts
 
 
-def _of_any_size(plan: Plan, block: Newton, scale: FloatArray) -> FloatArray | None:
+def _random_variables(plan: Plan, block: Newton, scale: FloatArray) -> FloatArray | None:
     """(seeds, n) core vectors of a block of variables alone: their numbers need not be as large as the scene is, and
     most are positive. None where the block has poses.
     """
     if any(plan.system.unknowns[n].thing is not None for n in block.core):
         return None
     generator = np.random.default_rng(20122)
-    seeds = seeds_of(scale)
+    seeds = seed_count(scale)
     sizes = (
         scale
         * 10.0 ** generator.uniform(-3.0, 0.5, (seeds, 1))
@@ -158,27 +160,27 @@ def _of_any_size(plan: Plan, block: Newton, scale: FloatArray) -> FloatArray | N
     return sizes * signs
 
 
-def all_of(plan: Plan, block: Newton, scale: FloatArray, *, coupled: bool = False) -> AllSolutions:
+def all_solutions_of(plan: Plan, block: Newton, scale: FloatArray, *, coupled: bool = False) -> AllSolutions:
     """What finds all solutions of a block, if it can be used."""
     inputs = sorted(block.inputs)
     return AllSolutions(block, scale, dict(zip(inputs, scale_of(plan, inputs).tolist(), strict=True)), coupled=coupled)
 
 
-def begun_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts | None:
+def carried_start(plan: Plan, problem: BlockProblem, carry: PoseState) -> FoundSolutions | None:
     """The pose carried over (or drawn) as the solution of a block without freedom; no solution where the block has no
     full rank there and can move; None where it is none.
     """
     block, scale, one = problem.block, problem.scale, problem.first()
-    first = completed(plan, one, carry, carried_values(plan, block, carry))
+    first = complete_core(plan, one, carry, carried_values(plan, block, carry))
     outcome = newton(one, first[None], iterations=6)
     if not (outcome.converged[0] and np.max(np.abs(outcome.x[0] - first) / scale) < FIRST_SOLUTION_NEAR):
         return None
-    if block.rows == len(block.core) and _mobile(one, outcome.x[0]):
-        return Starts([], True)
-    return Starts([outcome.x[0]], False)
+    if block.rows == len(block.core) and _is_singular_mobile(one, outcome.x[0]):
+        return FoundSolutions([], True)
+    return FoundSolutions([outcome.x[0]], False)
 
 
-def _mobile(problem: BlockProblem, x: FloatArray) -> bool:
+def _is_singular_mobile(problem: BlockProblem, x: FloatArray) -> bool:
     """Whether a square block is solved by core values ``x`` (n,) and can move from there."""
     scale = problem.scale
 
@@ -199,28 +201,28 @@ def _is_near(problem: BlockProblem, x: FloatArray) -> bool:
     return bool(np.max(np.abs(step) / problem.scale, initial=0.0) <= MOBILE_SOLUTION_NEAR)
 
 
-def free_start(plan: Plan, problem: BlockProblem, carry: Carry) -> Starts:
+def free_start(plan: Plan, problem: BlockProblem, carry: PoseState) -> FoundSolutions:
     """The pose to begin with where freedom is left: for what has a pose already the nearest to it; else things turned
     as little as possible from how they were drawn, and then moved as little as possible.
 
     One solution, or none. If the block turns out to have no freedom (redundant equations), its solutions as
     `newton_starts` finds them.
     """
-    sides, stated = _sides(plan, problem.first())
+    sides, stated = _side_test(plan, problem.first())
     return memoized(
         lambda: _free_start_key(plan, problem, carry, stated), lambda: _free_start(plan, problem, carry, sides)
     )
 
 
-def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -> Starts:
+def _free_start(plan: Plan, problem: BlockProblem, carry: PoseState, sides: SideCondition) -> FoundSolutions:
     block, scale, one = problem.free_block, problem.scale, problem.first()
     origin, metric = carried_values(plan, block, carry), block.metric
     pull = _pull(plan, block, one, carry, origin)
     known = carry.now.known
     fresh = turns_of(plan, one, _new_things(plan, block, known), carry)
 
-    if not fresh and _stays(plan, one, carry, origin, pull):
-        return Starts([origin], True)
+    if not fresh and _stays_in_place(plan, one, carry, origin, pull):
+        return FoundSolutions([origin], True)
 
     wished = immediate_wishes(plan, block, known)
 
@@ -228,13 +230,13 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
         held: list[tuple[Turn, float]] = []
         x = begin
         if fresh:
-            turned = least(one, begin, fresh, [], origin, pull, wished, longest)
+            turned = least_pose(one, begin, fresh, [], origin, pull, wished, longest)
             if turned is None:
                 return None
             x = turned.x
             held = [(turn, turn.heading(x)) for turn in fresh]
-        there = least(one, x, [], held, origin, pull, wished, longest) or LeastPose(x, settled=False)
-        x, good = projected(one, there.x)
+        there = least_pose(one, x, [], held, origin, pull, wished, longest) or LeastPose(x, settled=False)
+        x, good = project_onto_equations(one, there.x)
         return LeastPose(x, there.settled) if good else None
 
     def unmet(x: FloatArray) -> float:
@@ -247,28 +249,28 @@ def _free_start(plan: Plan, problem: BlockProblem, carry: Carry, sides: Sides) -
     def best(found: list[LeastPose]) -> list[FloatArray]:
         return [pose.x for pose in sorted(found, key=lambda pose: cost(pose.x, pose.settled))[:1]]
 
-    direct = _on_its_side(least_from, origin, sides)
+    direct = _keeping_sides(least_from, origin, sides)
     nearest = None if direct is None else direct.x
     if direct is not None and freedom_of(one, direct.x) > 0:
         if sides(direct.x) and (not len(wished) or unmet(direct.x) == 0.0):
-            return Starts([direct.x], True)
+            return FoundSolutions([direct.x], True)
         # it is on the wrong side, or the wish is not met from there: perhaps that is better from elsewhere (a stretched
         # chain cannot tell how to fold)
-        begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:BEGINS]
-        others = (_on_its_side(least_from, begin, sides) for begin in begins)
-        return Starts(best([direct, *(pose for pose in others if pose is not None)]), True)
+        begins = sorted(newton_starts(plan, problem, carry).solutions, key=cost)[:LEAST_POSE_STARTS]
+        others = (_keeping_sides(least_from, begin, sides) for begin in begins)
+        return FoundSolutions(best([direct, *(pose for pose in others if pose is not None)]), True)
     starts = newton_starts(plan, problem, carry)
     if nearest is not None and not _error(one, nearest) <= EQUATION_NEARLY_MET_BY_A_START:
         nearest = None  # as near as rods come that do not reach
     if nearest is not None:
         others = [x for x in starts.solutions if np.max(np.abs(x - nearest) / scale) >= SAME_ROOT]
-        return Starts([nearest, *others], starts.complete)
-    begins = sorted(starts.solutions, key=cost)[:BEGINS]
-    found = [pose for begin in begins if (pose := _on_its_side(least_from, begin, sides)) is not None]
-    return Starts(best(found), True)
+        return FoundSolutions([nearest, *others], starts.complete)
+    begins = sorted(starts.solutions, key=cost)[:LEAST_POSE_STARTS]
+    found = [pose for begin in begins if (pose := _keeping_sides(least_from, begin, sides)) is not None]
+    return FoundSolutions(best(found), True)
 
 
-def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Hashable) -> Hashable:
+def _free_start_key(plan: Plan, problem: BlockProblem, carry: PoseState, stated: Hashable) -> Hashable:
     """Everything that `free_start` depends on, ``stated`` being the inequalities; None where that is unknown."""
     block, one = problem.free_block, problem.first()
     if not block.identity:
@@ -285,11 +287,11 @@ def _free_start_key(plan: Plan, problem: BlockProblem, carry: Carry, stated: Has
         plan.size,
     ]
     known = tuple(value is None for value in carried), tuple(t in carry.now.known for t in things)
-    return "free", block.identity, tuple(inputs), np.array(numbers).tobytes(), known, carry.shown, stated
+    return "free", block.identity, tuple(inputs), np.array(numbers).tobytes(), known, carry.is_shown, stated
 
 
-def _on_its_side(
-    least_from: Callable[[FloatArray, float], LeastPose | None], origin: FloatArray, sides: Sides
+def _keeping_sides(
+    least_from: Callable[[FloatArray, float], LeastPose | None], origin: FloatArray, sides: SideCondition
 ) -> LeastPose | None:
     """Where ``least_from`` leads from ``origin``, by shorter steps where long ones leap to another side."""
     nearest = least_from(origin, STEPS[0])
@@ -299,10 +301,10 @@ def _on_its_side(
     return next((pose for pose in shorter if pose is not None and sides(pose.x)), nearest)
 
 
-def _sides(plan: Plan, one: BlockProblem) -> tuple[Sides, Hashable]:
+def _side_test(plan: Plan, one: BlockProblem) -> tuple[SideCondition, Hashable]:
     """Whether the inequalities that can be determined from core values hold, and what that depends on beside them."""
     asked = {n for selector in plan.system.selectors for n in symbol_numbers(selector.value)}
-    given = _given(plan, one, asked)
+    given = _given_by_time(plan, one, asked)
     known = {*one.block.unknowns, *one.inputs, *given}
     stated = zip(plan.system.selectors, plan.selectors, strict=True)
     own = [(selector.value, function) for selector, function in stated if symbol_numbers(selector.value) <= known]
@@ -317,7 +319,7 @@ def _sides(plan: Plan, one: BlockProblem) -> tuple[Sides, Hashable]:
     return satisfied, (tuple(value for value, _ in own), numbers, times, least)
 
 
-def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int, FloatArray]:
+def _given_by_time(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int, FloatArray]:
     """Unknowns among ``wanted`` that time alone gives: they are written into a block's equations, no inputs."""
     found: dict[int, FloatArray] = {}
     for block in plan.blocks if wanted else ():
@@ -326,12 +328,12 @@ def _given(plan: Plan, one: BlockProblem, wanted: AbstractSet[int]) -> dict[int,
     return found
 
 
-def _pull(plan: Plan, block: Free, one: BlockProblem, carry: Carry, origin: FloatArray) -> FloatArray:
+def _pull(plan: Plan, block: Free, one: BlockProblem, carry: PoseState, origin: FloatArray) -> FloatArray:
     """What unknowns found before the block add to the gradient of its motion: (n,), zero where they did not move."""
     if not block.metric.coupled:
         return np.zeros(len(origin))
     there = one.completed(origin[None])
-    there = {**_given(plan, one, set(block.metric.coupled) - there.keys()), **there}
+    there = {**_given_by_time(plan, one, set(block.metric.coupled) - there.keys()), **there}
     now = np.array([first_of(there[n]) for n in block.metric.coupled])
     before = np.array([carry.now.value(plan.system, n) or 0.0 for n in block.metric.coupled])
     return block.metric.pull(now - before)
@@ -348,7 +350,7 @@ def _error(problem: BlockProblem, x: FloatArray) -> float:
     return float(relative_error(problem.residual(x[None]), problem.jacobian(x[None]), problem.scale)[0])
 
 
-def _stays(plan: Plan, problem: BlockProblem, carry: Carry, origin: FloatArray, pull: FloatArray) -> bool:
+def _stays_in_place(plan: Plan, problem: BlockProblem, carry: PoseState, origin: FloatArray, pull: FloatArray) -> bool:
     """Whether a free block has a pose carried over that solves it as well as any: what nothing moves stays."""
     if any(carry.now.value(plan.system, n) is None for n in problem.block.core):
         return False

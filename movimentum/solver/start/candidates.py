@@ -15,7 +15,7 @@ from movimentum.scene.leaves import ContactPlace
 from movimentum.scene.model import Anonymous, ThingAngle
 from movimentum.solver.block.problem import scale_of
 from movimentum.solver.continuation.tracks import Choice
-from movimentum.solver.start.judgements import Rejection, TurnedDown
+from movimentum.solver.start.early_checks import RejectedState, Rejection
 from movimentum.tolerances import CANDIDATES_APART, SAME_VALUE, TURNS_ALIKE
 
 if TYPE_CHECKING:
@@ -28,14 +28,14 @@ class Candidate:
 
     ``values``: unknown number -> its value at the beginning. ``choices``: block number -> `Choice`. ``cost`` orders
     candidates: (breaks of continuity, distance from wishes, distance from the pose carried over, turn from as drawn,
-    displacement). ``misplaced``: how many contacts touch where their outlines are not nearest to each other.
+    displacement). ``misplaced_contacts``: how many contacts touch where their outlines are not nearest to each other.
     """
 
     choices: dict[int, Choice]
     values: dict[int, float]
     later: dict[int, float]
     cost: tuple[float, float, float, float, float]
-    misplaced: int
+    misplaced_contacts: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +56,7 @@ class Part:
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
     """``choices`` for every block, or None where some part has no candidate; ``decisive``: selectors that turned
-    something down. ``turned_down`` has poses that nearly were candidates, where there is none, and
+    something down. ``rejected_states`` has poses that nearly were candidates, where there is none, and
     ``contradiction`` tells why there can be none (None: that is not known). ``tried``: how many blocks were solved.
     """
 
@@ -64,7 +64,7 @@ class Selection:
     parts: tuple[Part, ...]
     decisive: frozenset[int] = frozenset()
     rejections: tuple[Rejection, ...] = field(default=())
-    turned_down: tuple[TurnedDown, ...] = ()
+    rejected_states: tuple[RejectedState, ...] = ()
     contradiction: Contradiction | None = None
     tried: int = 0
 
@@ -91,15 +91,15 @@ def same_pose(plan: Plan, one: Candidate, other: Candidate) -> bool:
     )
 
 
-def touching_first(leaves: Iterable[Candidate]) -> list[Candidate]:
+def order_by_contacts(leaves: Iterable[Candidate]) -> list[Candidate]:
     """The candidates in order. Of those that go on as well from before, those whose contacts are at the nearest places
     are solutions, and others overlap.
     """
-    ordered = sorted(leaves, key=lambda leaf: (leaf.cost[0], leaf.misplaced, leaf.cost[1:]))
-    return [leaf for leaf in ordered if leaf.misplaced <= ordered[0].misplaced]
+    ordered = sorted(leaves, key=lambda leaf: (leaf.cost[0], leaf.misplaced_contacts, leaf.cost[1:]))
+    return [leaf for leaf in ordered if leaf.misplaced_contacts <= ordered[0].misplaced_contacts]
 
 
-def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
+def order_mirrored(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
     """``leaves``, which are sorted; of those that begin with the pose of the first and turn as far from it (the two
     paths that leave a fold), the same one is first in every order of the statements.
     """
@@ -131,12 +131,12 @@ def mirrored_settled(plan: Plan, leaves: list[Candidate]) -> list[Candidate]:
     return leaves if len(tied) < 2 else [first := max(tied, key=way), *(leaf for leaf in leaves if leaf is not first)]
 
 
-def distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
+def visibly_distinct(plan: Plan, leaves: Iterable[Candidate]) -> list[Candidate]:
     """Without candidates that differ in nothing visible (the sign of a ``_``, say); the cheaper one stays."""
     unknowns = plan.system.unknowns
     seen: list[Candidate] = []
     keys: set[tuple[float, ...]] = set()
-    for leaf in touching_first(leaves):
+    for leaf in order_by_contacts(leaves):
         shown: list[float] = []
         for n in sorted(leaf.values):
             payload = unknowns[n].payload

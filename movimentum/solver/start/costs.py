@@ -13,19 +13,19 @@ from movimentum.planning.lowering.equations import System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY
 from movimentum.planning.plan import Plan
 from movimentum.scene.model import Anonymous, ThingAngle, VariableComponent
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import SAME_VALUE, SPELLING_WEIGHT
 
 TURN = 360.0
 
 
-def squared(value: Any) -> Any:
+def safe_square(value: Any) -> Any:
     """The square; infinite where it overflows (Python's own power raises)."""
     return value * value
 
 
-def pair(value: Any) -> tuple[float, float]:
+def at_both_instants(value: Any) -> tuple[float, float]:
     """A value at the two instants: what is a number, or one array of one, is the same at both."""
     array = np.asarray(value)
     if array.size == 1:
@@ -35,10 +35,10 @@ def pair(value: Any) -> tuple[float, float]:
     return now, later
 
 
-class Measures:
+class StartCosts:
     """Compares states (at two instants, ``ahead`` apart) with what is carried over."""
 
-    def __init__(self, plan: Plan, carry: Carry, ahead: float) -> None:
+    def __init__(self, plan: Plan, carry: PoseState, ahead: float) -> None:
         self.plan = plan
         self.carry = carry
         self.ahead = ahead
@@ -60,7 +60,7 @@ class Measures:
             self._carried[unknown] = found
         return found
 
-    def break_of(self, block: Block, state: State) -> float:
+    def discontinuity(self, block: Block, state: State) -> float:
         """0 where the block's state continues the motion so far in place (and velocity), 1 where it does not."""
         if not any(self.carried(n) for n in block.unknowns):
             return 0.0
@@ -71,7 +71,7 @@ class Measures:
             if before is None or isinstance(system.unknowns[n].payload, ThingAngle):
                 continue
             scale = 1.0 if isinstance(system.unknowns[n].payload, PoseCos | PoseSin) else self.plan.size
-            now, later = pair(state[n])
+            now, later = at_both_instants(state[n])
             if not abs(now - before) <= SAME_VALUE * scale:
                 return 1.0
             rate = self.carry.rate(system, n)
@@ -85,7 +85,7 @@ class Measures:
             self.plan.system,
             unknowns,
             state,
-            now=lambda n: pair(state[n])[0],
+            now=lambda n: at_both_instants(state[n])[0],
             before=self.before,
             carried=self.carried,
             turn=lambda thing: self._turn(thing, state),
@@ -97,7 +97,7 @@ class Measures:
         where it belongs), in radians.
         """
         system = self.plan.system
-        c, s = (pair(state[system.number_of[part(thing)]])[1] for part in (PoseCos, PoseSin))
+        c, s = (at_both_instants(state[system.number_of[part(thing)]])[1] for part in (PoseCos, PoseSin))
         cosine, sine = system.frame(thing).to_thing(c, s)
         before = self.carry.now.things[thing]
         return math.acos(min(1.0, max(-1.0, cosine * before.c + sine * before.s)))
@@ -128,18 +128,20 @@ def distances(
         value = now(n)
         if isinstance(payload, ThingAngle | VariableComponent):
             if not carried(n):
-                turned = turned + SPELLING_WEIGHT * squared(value / (TURN if isinstance(payload, ThingAngle) else size))
+                turned = turned + SPELLING_WEIGHT * safe_square(
+                    value / (TURN if isinstance(payload, ThingAngle) else size)
+                )
             if isinstance(payload, ThingAngle):
                 continue
         earlier = before(n)
         if earlier is None:
             continue
         if carried(n):
-            away = away + squared((value - earlier) / (1.0 if isinstance(payload, PoseCos | PoseSin) else size))
+            away = away + safe_square((value - earlier) / (1.0 if isinstance(payload, PoseCos | PoseSin) else size))
         elif isinstance(payload, PoseCos | PoseSin):
             other = system.number_of[(PoseSin if isinstance(payload, PoseCos) else PoseCos)(payload.thing)]
             if state[other] is not None and (other > n or other not in unknowns):  # once, when both are known
-                turned = turned + squared(turn(payload.thing))
+                turned = turned + safe_square(turn(payload.thing))
         elif isinstance(payload, PoseX | PoseY):
-            moved = moved + squared((value - earlier) / size)
+            moved = moved + safe_square((value - earlier) / size)
     return away, turned, moved

@@ -16,16 +16,16 @@ from movimentum.planning.lowering.equations import Form, System
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.planner import Structure
 from movimentum.planning.structure.decompose import Group
-from movimentum.solver.basis.memory import memoized
-from movimentum.solver.basis.pose_state import Carry
-from movimentum.solver.start.placement import pinned, rigid_motion
+from movimentum.solver.basis.block_memo import memoized
+from movimentum.solver.basis.pose_state import PoseState
+from movimentum.solver.start.placement import pins_in_pose, rigid_motion
 from movimentum.tolerances import LOOP_CLOSED
 
-LARGEST = 700
+LARGEST_GROUP = 700
 """Unknowns of a group that is looked at (its Jacobian is dense)."""
 
 
-def mobile_groups(structure: Structure, carry: Carry, size: float) -> frozenset[int]:
+def mobile_groups(structure: Structure, carry: PoseState, size: float) -> frozenset[int]:
     """An unknown of each group that the pose carried over (or drawn) satisfies, and that can move there although its
     structure says that it cannot.
     """
@@ -33,15 +33,15 @@ def mobile_groups(structure: Structure, carry: Carry, size: float) -> frozenset[
     values = _Values(system, carry)
     found: set[int] = set()
     with np.errstate(all="ignore"):
-        pins, _ = pinned(system, carry, range(len(system.scene.things)), size)
+        pins, _ = pins_in_pose(system, carry, range(len(system.scene.things)), size)
         moved = rigid_motion(pins, size) is not None
     apart: set[int] = set()  # unknowns of what the drawing does not satisfy, and of all that depends on it
     for group in structure.decomposition.groups:
         inputs = {n for e in group.equations for n in system.equations[e].unknowns}
         with np.errstate(all="ignore"):
-            if inputs & apart or not all(_holds(system, e, values, moved) for e in group.equations):
+            if inputs & apart or not all(_equation_holds(system, e, values, moved) for e in group.equations):
                 apart |= set(group.unknowns)
-            elif _may_deceive(system, group):
+            elif _may_be_mobile(system, group):
                 rows = _PolynomialRows.of(system, group, values, size)
                 if rows is not None and memoized(rows.key, rows.is_mobile):
                     found.add(group.unknowns[0])
@@ -51,7 +51,7 @@ def mobile_groups(structure: Structure, carry: Carry, size: float) -> frozenset[
 class _Values(dict[int, float | None]):
     """The values of a system's unknowns in the pose carried over, each found when it is first asked for."""
 
-    def __init__(self, system: System, carry: Carry) -> None:
+    def __init__(self, system: System, carry: PoseState) -> None:
         super().__init__()
         self.system, self.carry = system, carry
 
@@ -60,12 +60,14 @@ class _Values(dict[int, float | None]):
         return value
 
 
-def _may_deceive(system: System, group: Group) -> bool:
-    square = not group.free and 2 <= len(group.unknowns) <= LARGEST and len(group.unknowns) == len(group.equations)
+def _may_be_mobile(system: System, group: Group) -> bool:
+    square = (
+        not group.free and 2 <= len(group.unknowns) <= LARGEST_GROUP and len(group.unknowns) == len(group.equations)
+    )
     return square and any(_bodies(system, e) > 1 for e in group.equations)
 
 
-def _holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
+def _equation_holds(system: System, equation: int, values: _Values, moved: bool) -> bool:
     """Whether an equation holds in the pose to begin from, as far as that is known; what is about one body holds
     where all is moved as one.
     """

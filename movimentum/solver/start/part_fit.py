@@ -13,8 +13,8 @@ from movimentum.planning.lowering.equations import Equation, System
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass
-from movimentum.solver.basis.memory import code_of
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.block_memo import code_of
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.block.closed_form import State
 from movimentum.tolerances import (
     LEAST_DIVISOR,
@@ -24,15 +24,15 @@ from movimentum.tolerances import (
     RANK_FOR_PLACEMENT,
 )
 
-BEGINS = 12
+START_DIRECTIONS = 12
 """Directions from which the turn of a part is looked for."""
 ROUNDS = 12
-TOGETHER = 32
+INEQUALITIES_PER_FUNCTION = 32
 """Inequalities in one function: a new one leaves the functions before its own as they were."""
 
 
 @dataclass(frozen=True, slots=True)
-class Lie:
+class RigidMotion:
     """A rigid motion of the plane: turn by ``turn`` radians about the origin, then move by (x, y)."""
 
     turn: float = 0.0
@@ -41,7 +41,7 @@ class Lie:
 
 
 @dataclass(frozen=True, slots=True)
-class AboutThings:
+class ThingConstraints:
     """For every thing, what is about it: the equations and the constraints of its anchors, in their order; and for
     every unknown the inequalities that read it.
     """
@@ -51,7 +51,7 @@ class AboutThings:
     selectors: dict[int, list[int]]
 
     @classmethod
-    def of(cls, system: System) -> AboutThings:
+    def of(cls, system: System) -> ThingConstraints:
         """That of a whole system."""
         equations: dict[int, list[int]] = {}
         constraints: dict[int, list[int]] = {}
@@ -82,10 +82,10 @@ class PartFit:
         plan: Plan,
         state: State,
         clocks: Sequence[FloatArray],
-        carry: Carry,
+        carry: PoseState,
         bodies: Sequence[BodyUnknowns],
         rows: Sequence[Equation],
-        about: AboutThings,
+        about: ThingConstraints,
     ) -> None:
         used = {n for e in rows for n in e.unknowns}
         self.plan = plan
@@ -109,7 +109,10 @@ class PartFit:
             if all(n in own or state[n] is not None for n in reads):
                 sides.append(value)
                 read |= reads
-        self.sides = [code_of(sides[i : i + TOGETHER], plan.clocks) for i in range(0, len(sides), TOGETHER)]
+        self.sides = [
+            code_of(sides[i : i + INEQUALITIES_PER_FUNCTION], plan.clocks)
+            for i in range(0, len(sides), INEQUALITIES_PER_FUNCTION)
+        ]
         self.known = [(n, first_of(value)) for n in read if (value := state[n]) is not None]
         self.count = len(state)
         self.natural = self._natural()
@@ -127,95 +130,96 @@ class PartFit:
         ]
         return np.maximum(np.nan_to_num(np.max(changes, axis=0)), LEAST_DIVISOR)
 
-    def meets(self, lie: Lie) -> bool:
+    def is_met_by(self, motion: RigidMotion) -> bool:
         """Whether the part lies right there."""
         mx, my = self.middle
-        c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
-        there = np.array([[lie.turn, lie.x + (c * mx - s * my) - mx, lie.y + (s * mx + c * my) - my]])
+        c, s = float(np.cos(motion.turn)), float(np.sin(motion.turn))
+        there = np.array([[motion.turn, motion.x + (c * mx - s * my) - mx, motion.y + (s * mx + c * my) - my]])
         return bool(np.all(np.abs(self._values(there)[0]) <= PART_FITS * self.natural)) and bool(
             self._allowed(there)[0]
         )
 
-    def best(self) -> Lie | None:
+    def best(self) -> RigidMotion | None:
         """The motion that meets the rows; None where none does.
 
         Gauss–Newton over turn and place from several turns at once. Moved without a turn is better than turned.
         """
-        turns = np.linspace(0.0, 2.0 * np.pi, BEGINS, endpoint=False)
+        turns = np.linspace(0.0, 2.0 * np.pi, START_DIRECTIONS, endpoint=False)
         turns = np.where(turns > np.pi, turns - 2.0 * np.pi, turns)
         for first, free in ((turns[:1], slice(1, 3)), (turns, slice(0, 3))):
-            lies = np.stack([first, np.zeros(len(first)), np.zeros(len(first))], axis=1)
+            motions = np.stack([first, np.zeros(len(first)), np.zeros(len(first))], axis=1)
             rows = np.zeros((len(first), 0, 3))
             for _ in range(ROUNDS):
-                rows = np.nan_to_num(self._slopes(lies) * self.weights / self.natural[:, None])
-                right = np.nan_to_num(self._values(lies) / self.natural)
-                step = np.zeros_like(lies)
+                rows = np.nan_to_num(self._slopes(motions) * self.weights / self.natural[:, None])
+                right = np.nan_to_num(self._values(motions) / self.natural)
+                step = np.zeros_like(motions)
                 # what the rows leave open stays: the least step
                 step[:, free] = -np.einsum(
                     "fij,fj->fi", np.linalg.pinv(rows[:, :, free], rcond=RANK_FOR_PLACEMENT), right
                 )
-                lies = lies + step * self.weights
+                motions = motions + step * self.weights
                 if np.max(np.abs(step)) < PLACEMENT_STEP_DONE:
                     break
-            met = np.max(np.abs(self._values(lies)) / self.natural, axis=1) <= PART_FITS
-            good = np.nonzero(met & self._allowed(lies))[0]
+            met = np.max(np.abs(self._values(motions)) / self.natural, axis=1) <= PART_FITS
+            good = np.nonzero(met & self._allowed(motions))[0]
             if len(good):
-                least = min(good, key=lambda i: (round(abs(float(lies[i, 0])), 9), -float(lies[i, 0])))
-                return self._lie(lies[least])
+                least = min(good, key=lambda i: (round(abs(float(motions[i, 0])), 9), -float(motions[i, 0])))
+                return self._lie(motions[least])
         return None
 
-    def _lie(self, lie: FloatArray) -> Lie:
+    def _lie(self, motion: FloatArray) -> RigidMotion:
         """About the origin, from about the part's middle."""
-        turn, x, y = map(float, lie)
+        turn, x, y = map(float, motion)
         mx, my = self.middle
         c, s = float(np.cos(turn)), float(np.sin(turn))
-        return Lie(turn, x + mx - (c * mx - s * my), y + my - (s * mx + c * my))
+        return RigidMotion(turn, x + mx - (c * mx - s * my), y + my - (s * mx + c * my))
 
-    def _values(self, lies: FloatArray, ways: FloatArray | None = None) -> FloatArray:
-        """(F, m) residuals where the part is turned about its middle and moved by ``lies`` (F, 3), and each body
+    def _values(self, motions: FloatArray, ways: FloatArray | None = None) -> FloatArray:
+        """(F, m) residuals where the part is turned about its middle and moved by ``motions`` (F, 3), and each body
         besides by its own of ``ways`` (bodies, 3).
         """
-        values = self.residuals(self._state(lies, ways), self._clocks(len(lies)))
-        result = np.empty((len(lies), len(values)))
+        values = self.residuals(self._state(motions, ways), self._clocks(len(motions)))
+        result = np.empty((len(motions), len(values)))
         for i, value in enumerate(values):
             result[:, i] = value
         return result
 
-    def _allowed(self, lies: FloatArray) -> NDArray[np.bool_]:
+    def _allowed(self, motions: FloatArray) -> NDArray[np.bool_]:
         """(F,) whether the inequalities hold, and the sides of angles and lengths."""
-        allowed = np.ones(len(lies), dtype=np.bool_)
-        state, clocks = self._state(lies, None), self._clocks(len(lies))
+        allowed = np.ones(len(motions), dtype=np.bool_)
+        state, clocks = self._state(motions, None), self._clocks(len(motions))
         for some in self.sides:
             for value in some(state, clocks):
-                allowed &= np.broadcast_to(value, len(lies)) >= -PART_FITS * self.plan.size
+                allowed &= np.broadcast_to(value, len(motions)) >= -PART_FITS * self.plan.size
         return allowed
 
     def _clocks(self, count: int) -> tuple[FloatArray, ...]:
         return tuple(np.full(count, clock) for clock in self.first)
 
-    def _state(self, lies: FloatArray, ways: FloatArray | None) -> State:
-        count = len(lies)
+    def _state(self, motions: FloatArray, ways: FloatArray | None) -> State:
+        count = len(motions)
         state: State = [None] * self.count
         for n, value in self.known:
             state[n] = np.full(count, value)
         mx, my = self.middle
         for i, body in enumerate(self.bodies):
-            lie = lies if ways is None else lies + ways[i]
-            c, s = np.cos(lie[:, 0]), np.sin(lie[:, 0])
+            motion = motions if ways is None else motions + ways[i]
+            c, s = np.cos(motion[:, 0]), np.sin(motion[:, 0])
             if body.x is not None and body.y is not None:
                 x, y = self.drawn[body.x] - mx, self.drawn[body.y] - my
-                state[body.x] = c * x - s * y + lie[:, 1] + mx
-                state[body.y] = s * x + c * y + lie[:, 2] + my
+                state[body.x] = c * x - s * y + motion[:, 1] + mx
+                state[body.y] = s * x + c * y + motion[:, 2] + my
             if body.c is not None and body.s is not None:
                 x, y = self.drawn[body.c], self.drawn[body.s]
                 state[body.c], state[body.s] = c * x - s * y, s * x + c * y
             if body.angle is not None:
-                state[body.angle] = self.drawn[body.angle] + np.degrees(lie[:, 0])
+                state[body.angle] = self.drawn[body.angle] + np.degrees(motion[:, 0])
         return state
 
-    def _slopes(self, lies: FloatArray) -> FloatArray:
+    def _slopes(self, motions: FloatArray) -> FloatArray:
         """(F, m, 3) derivatives of the residuals by turn and place, by central differences."""
         steps = np.diag(PLACEMENT_DIFFERENCE * self.weights)
         return np.stack(
-            [(self._values(lies + step) - self._values(lies - step)) / (2.0 * np.max(step)) for step in steps], axis=2
+            [(self._values(motions + step) - self._values(motions - step)) / (2.0 * np.max(step)) for step in steps],
+            axis=2,
         )

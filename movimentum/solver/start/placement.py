@@ -23,9 +23,9 @@ from movimentum.planning.structure.graph import groups
 from movimentum.records import dataclass, replace
 from movimentum.scene.model import AnchorCoordinate, Constraint, Relation
 from movimentum.solver.basis.body_pose import BodyPose
-from movimentum.solver.basis.pose_state import Carry
+from movimentum.solver.basis.pose_state import PoseState
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.start.part_fit import AboutThings, Lie, PartFit, pose_numbers
+from movimentum.solver.start.part_fit import PartFit, RigidMotion, ThingConstraints, pose_numbers
 from movimentum.tolerances import (
     PART_FITS,
 )
@@ -34,25 +34,27 @@ ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parts:
+class ConnectedParts:
     """The connected parts of a plan that have several bodies, and what is about its things."""
 
     bodies: list[list[BodyUnknowns]]
-    about: AboutThings
+    about: ThingConstraints
 
     @classmethod
-    def of(cls, plan: Plan, only: Container[int | None] | None = None) -> Parts:
+    def of(cls, plan: Plan, only: Container[int | None] | None = None) -> ConnectedParts:
         """All of them, or those with some of the things ``only``."""
         bodies = {body.thing: body for body in plan.bodies}
         parts = ([bodies[t] for t in part if t in bodies] for part in connected_parts(plan))
         # a single body has no inner pose that a drawing could tell
         return cls(
             [part for part in parts if len(part) > 1 and (only is None or any(body.thing in only for body in part))],
-            AboutThings.of(plan.system),
+            ThingConstraints.of(plan.system),
         )
 
 
-def placed(plan: Plan, parts: Parts, state: State, clocks: Sequence[FloatArray], carry: Carry) -> Carry:
+def place_parts(
+    plan: Plan, parts: ConnectedParts, state: State, clocks: Sequence[FloatArray], carry: PoseState
+) -> PoseState:
     """``carry`` with every connected part of new things moved, as a body, to where its constraints are met as far as
     they do not depend on its inner motion; a part that fits nowhere stays as it is drawn.
 
@@ -65,11 +67,11 @@ def placed(plan: Plan, parts: Parts, state: State, clocks: Sequence[FloatArray],
             look()
             if any(body.thing in carry.now.known for body in bodies):
                 continue
-            lie = _lie_of(plan, state, clocks, carry, bodies, parts.about)
-            if lie is not None and lie != Lie():
+            motion = _motion_of_part(plan, state, clocks, carry, bodies, parts.about)
+            if motion is not None and motion != RigidMotion():
                 moved = True
                 for body in bodies:
-                    things[body.thing] = _moved(things[body.thing], lie, plan.system.shift)
+                    things[body.thing] = _moved_pose(things[body.thing], motion, plan.system.shift)
     return replace(carry, now=replace(carry.now, things=tuple(things))) if moved else carry
 
 
@@ -77,14 +79,14 @@ def _gathered(lists: dict[int, list[int]], bodies: Sequence[BodyUnknowns]) -> li
     return sorted({number for body in bodies for number in lists.get(body.thing, ())})
 
 
-def _lie_of(
+def _motion_of_part(
     plan: Plan,
     state: State,
     clocks: Sequence[FloatArray],
-    carry: Carry,
+    carry: PoseState,
     bodies: Sequence[BodyUnknowns],
-    about: AboutThings,
-) -> Lie | None:
+    about: ThingConstraints,
+) -> RigidMotion | None:
     """Where a part belongs, as far as that can be determined before its inner pose is known; None where it cannot.
 
     Two bodies that are pinned as far from each other as they are drawn decide, also where a drive is drawn otherwise
@@ -92,28 +94,32 @@ def _lie_of(
     as it is drawn: what three numbers can always be found for is no reason to turn a drawing.
     """
     active = [plan.system.segment.active[number] for number in _gathered(about.constraints, bodies)]
-    pins, closed = pinned(plan.system, carry, {body.thing for body in bodies}, plan.size, active)
+    pins, closed = pins_in_pose(plan.system, carry, {body.thing for body in bodies}, plan.size, active)
     if len({target for _, target, _ in pins}) > 1:
-        lie = rigid_motion(pins, plan.size)
-        if lie is None or lie == Lie() or len({thing for _, _, thing in pins}) > 1:
-            return lie
+        motion = rigid_motion(pins, plan.size)
+        if motion is None or motion == RigidMotion() or len({thing for _, _, thing in pins}) > 1:
+            return motion
         if not closed:
             return None
-        usable = _usable(plan, state, bodies, about)
-        return lie if PartFit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
+        usable = _usable_rows(plan, state, bodies, about)
+        return motion if PartFit(plan, state, clocks, carry, bodies, usable, about).is_met_by(motion) else None
     if not closed:
         return None
-    usable = _usable(plan, state, bodies, about)
+    usable = _usable_rows(plan, state, bodies, about)
     own = {n for body in bodies for n in pose_numbers(body)}
     single = [e for e in usable if len({plan.system.unknowns[n].thing for n in e.unknowns & own}) == 1]
     if not single:
         return None
     fit = PartFit(plan, state, clocks, carry, bodies, single, about)
-    lie = Lie() if fit.meets(Lie()) else fit.best()
-    return lie if lie is not None and PartFit(plan, state, clocks, carry, bodies, usable, about).meets(lie) else None
+    motion = RigidMotion() if fit.is_met_by(RigidMotion()) else fit.best()
+    return (
+        motion
+        if motion is not None and PartFit(plan, state, clocks, carry, bodies, usable, about).is_met_by(motion)
+        else None
+    )
 
 
-def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: AboutThings) -> list[Equation]:
+def _usable_rows(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: ThingConstraints) -> list[Equation]:
     """The script's equations about the poses of ``bodies`` and what is known."""
     own = {n for body in bodies for n in pose_numbers(body)}
     return [
@@ -124,9 +130,9 @@ def _usable(plan: Plan, state: State, bodies: Sequence[BodyUnknowns], about: Abo
     ]
 
 
-def pinned(
+def pins_in_pose(
     system: System,
-    carry: Carry,
+    carry: PoseState,
     things: Container[int],
     size: float,
     active: Sequence[Constraint] | None = None,
@@ -190,14 +196,14 @@ def rigid_motions(pins: Sequence[Pin], size: FloatArray) -> tuple[BoolArray, Boo
     return still, fits, turn, away
 
 
-def rigid_motion(pins: Sequence[Pin], size: float) -> Lie | None:
-    """The rigid motion that takes drawn points (`pinned`) to where they belong; None where there is none."""
+def rigid_motion(pins: Sequence[Pin], size: float) -> RigidMotion | None:
+    """The rigid motion that takes drawn points (`pins_in_pose`) to where they belong; None where there is none."""
     if not pins:
-        return Lie()
+        return RigidMotion()
     (still,), (fits,), (turn,), (away,) = rigid_motions(pins, np.array([size]))
     if still or not fits:
-        return Lie() if still else None
-    return Lie(float(np.angle(turn)), float(away.real), float(away.imag))
+        return RigidMotion() if still else None
+    return RigidMotion(float(np.angle(turn)), float(away.real), float(away.imag))
 
 
 def connected_parts(plan: Plan) -> list[list[int]]:
@@ -211,14 +217,14 @@ def connected_parts(plan: Plan) -> list[list[int]]:
     return [[n for n in part if n < count] for part in groups(count + len(system.unknowns), links)]
 
 
-def _moved(pose: BodyPose, lie: Lie, shift: tuple[float, float]) -> BodyPose:
+def _moved_pose(pose: BodyPose, motion: RigidMotion, shift: tuple[float, float]) -> BodyPose:
     """A pose after a rigid motion, which is about the point ``shift``."""
-    c, s = float(np.cos(lie.turn)), float(np.sin(lie.turn))
+    c, s = float(np.cos(motion.turn)), float(np.sin(motion.turn))
     x, y = pose.x - shift[0], pose.y - shift[1]
     return BodyPose(
-        x=c * x - s * y + lie.x + shift[0],
-        y=s * x + c * y + lie.y + shift[1],
+        x=c * x - s * y + motion.x + shift[0],
+        y=s * x + c * y + motion.y + shift[1],
         c=c * pose.c - s * pose.s,
         s=s * pose.c + c * pose.s,
-        angle=pose.angle + float(np.degrees(lie.turn)),
+        angle=pose.angle + float(np.degrees(motion.turn)),
     )

@@ -14,10 +14,10 @@ from movimentum.records import dataclass, field, replace
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.block.outline_ends import is_past_end
+from movimentum.solver.block.curve_ends import is_past_end
 from movimentum.solver.block.problem import scale_of, sizes_at, track_scale
-from movimentum.solver.continuation.tracks import Choice, FlowTrack, Gap, NodeTrack, StillTrack
-from movimentum.solver.kinds.context import AFAR
+from movimentum.solver.continuation.tracks import Choice, Gap, NodeTrack, OdeTrack, StillTrack
+from movimentum.solver.kinds.context import FAR_AWAY
 from movimentum.solver.kinds.kernels import KERNELS, evaluate
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import (
@@ -33,13 +33,13 @@ from movimentum.tolerances import (
 if TYPE_CHECKING:
     from movimentum.solver.block.problem import BlockProblem
 
-WIDE = 0.3
+WIDE_STEP = 0.3
 """Of the unknowns' scale: a step that moves something by more may lead to another branch."""
-ASIDE = np.geomspace(1e5, 1.0, 11)
+POLE_OFFSETS = np.geomspace(1e5, 1.0, 11)
 """Of the time in which something is as good as at infinity: how far from it branches may be told apart."""
-BETWEEN = 3
+TIMES_BETWEEN_NODES = 3
 """Times tried between two nodes."""
-TOGETHER = 256
+TIMES_AT_A_TIME = 256
 """Times that are looked at together."""
 MOST_TIMES = 10_000
 """So many times after a path's end are tried as they come; of more, another so many evenly. (What rounding makes of a
@@ -48,7 +48,7 @@ motion far beyond all scales can have 400,000 nodes.)
 
 
 @dataclass(slots=True, eq=False)
-class Branch:
+class ResumedBranch:
     """The branch that ``piece`` is on at offset ``tau``, at any other time of the segment.
 
     ``before``: the state before a ``pole``, which the motion goes on from, with these ``signs`` of blocks. What an
@@ -68,29 +68,31 @@ class Branch:
     _begins: bool = False
 
     @staticmethod
-    def of(piece: Piece, tau: float) -> Branch:
+    def of(piece: Piece, tau: float) -> ResumedBranch:
         """The branch at ``tau``, where the piece has a solution. (Two meet at the end of a path: a little before.)"""
         tau = max(piece.begin, tau - BRANCH_TOLD_BEFORE * (tau - piece.begin))
         followed = [b for b, track in zip(piece.plan.blocks, piece.tracks, strict=True) if isinstance(track, NodeTrack)]
         if not followed:  # signs and formulas tell it
-            return Branch(piece, tau, {})
+            return ResumedBranch(piece, tau, {})
         with np.errstate(all="ignore"):
             state, _ = piece.evaluate(piece.instants(np.array([tau])))
-        return Branch(piece, tau, {b.number: np.array([first_of(state[n]) for n in b.core]) for b in followed})
+        return ResumedBranch(piece, tau, {b.number: np.array([first_of(state[n]) for n in b.core]) for b in followed})
 
     def beyond(self, pole: Gap, length: float) -> list[Choice] | None:
         """What a path begins with at the end of ``pole``: what points at something that comes back from the other side
         swings on evenly. None where there is no solution.
         """
         block = self.piece.plan.blocks[pole.block]
-        asides = ASIDE * (pole.end - pole.begin)  # far enough for rounding, near enough to see where it comes from
+        asides = POLE_OFFSETS * (
+            pole.end - pole.begin
+        )  # far enough for rounding, near enough to see where it comes from
         instants = self.piece.instants(np.maximum(self.piece.begin, pole.begin - asides))
         with np.errstate(all="ignore"):
             states, _ = self.piece.evaluate(instants)
         scale = scale_of(self.piece.plan, block.unknowns)
         far = np.zeros(asides.shape, dtype=np.bool_)
         for n, unit in zip(block.unknowns, scale, strict=True):
-            far |= np.abs(states[n]) > AFAR * unit
+            far |= np.abs(states[n]) > FAR_AWAY * unit
         place = int(np.argmax(far))
         state: State = [None if v is None else np.broadcast_to(v, asides.shape)[place : place + 1] for v in states]
         after = min(length, pole.end + float(asides[place]))
@@ -123,7 +125,7 @@ class Branch:
     def _solved(self, block: Block, state: State, instants: Instants) -> Choice | None:
         """Set ``state`` for one block."""
         piece, track = self.piece, self.piece.tracks[block.number]
-        if isinstance(track, FlowTrack):  # an integral of what is solved for ends with the path
+        if isinstance(track, OdeTrack):  # an integral of what is solved for ends with the path
             return None
         if isinstance(track, StillTrack):
             evaluate(piece, block, track, state, instants)
@@ -151,7 +153,7 @@ class Branch:
         if self.pole is None:
             return [self._led.get((block.number, tau), self._cores[block.number])]
         before = track.guess(np.array([min(2.0 * self.pole - tau, track.until)]))[:, 0]
-        far = np.abs(before) > AFAR * track_scale(self.piece.plan, block)
+        far = np.abs(before) > FAR_AWAY * track_scale(self.piece.plan, block)
         return [np.where(far, -before, before), before]
 
     def regular(self, problem: BlockProblem, x: FloatArray) -> bool:
@@ -169,16 +171,16 @@ class Branch:
         """
         lost, end = False, bad
         nearest: float | None = None
-        for time, hopeful in self._lead(times):
+        for time, hopeful in self._times_to_try(times):
             choices = self.at(time) if hopeful else None
             if choices is None:
                 bad, lost = time, True
             elif lost:
-                self._stand(choices)
-                found = self.onset(bad, time, choices)
+                self._set_reference(choices)
+                found = self.earliest(bad, time, choices)
                 if self._begins or not self._cores:
                     return found
-                found = self.onset(end, *found)  # Newton's method from the last pose did not find it before
+                found = self.earliest(end, *found)  # Newton's method from the last pose did not find it before
                 return found if self._begins else None  # it was there when the path ended: another branch
             elif nearest is None and time - bad > BRANCH_TOLD_BEFORE * (float(times[-1]) - bad):
                 nearest = time
@@ -187,7 +189,7 @@ class Branch:
         choices = self.at(nearest)  # there is no time without a solution: only the path could not be followed
         return None if choices is None else (nearest, choices)
 
-    def onset(self, bad: float, good: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
+    def earliest(self, bad: float, good: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
         """Between ``bad``, without a solution, and ``good``: the earliest time with one, by bisection; by smaller steps
         where the branch moves far, because Newton's method finds others from afar.
         """
@@ -206,7 +208,7 @@ class Branch:
                 continue
             else:
                 good, choices = middle, here
-                self._stand(choices)
+                self._set_reference(choices)
             step = min(2.0 * step, 0.5 * (good - bad))
         self._good = good
         return self._at_fold(good), choices
@@ -215,36 +217,36 @@ class Branch:
         """Whether ``choices`` are far from where is looked from."""
         blocks = self.piece.plan.blocks
         return any(
-            np.max(np.abs(np.array(choices[n].values) - core) / track_scale(self.piece.plan, blocks[n])) > WIDE
+            np.max(np.abs(np.array(choices[n].values) - core) / track_scale(self.piece.plan, blocks[n])) > WIDE_STEP
             for n, core in self._cores.items()
         )
 
-    def _stand(self, choices: Sequence[Choice]) -> None:
+    def _set_reference(self, choices: Sequence[Choice]) -> None:
         """Look from now on from where ``choices`` are."""
         for number in self._cores:
             self._cores[number] = np.array(choices[number].values)
 
-    def _lead(self, times: FloatArray) -> Iterator[tuple[float, bool]]:
+    def _times_to_try(self, times: FloatArray) -> Iterator[tuple[float, bool]]:
         """Each of ``times``, and whether the branch may have a solution there: some are looked at together."""
-        from movimentum.solver.start.leading import led
+        from movimentum.solver.start.input_continuation import follow_inputs
 
-        for first in range(0, len(times), TOGETHER):
-            some = times[first : first + TOGETHER]
+        for first in range(0, len(times), TIMES_AT_A_TIME):
+            some = times[first : first + TIMES_AT_A_TIME]
             hopeful = np.ones(len(some), dtype=np.bool_)
             for number, core in self._cores.items():
                 block, track = self.piece.plan.blocks[number], self.piece.tracks[number]
                 rows = block.simultaneous
                 if not (isinstance(track, NodeTrack) and rows is not None and track.until < some[-1]):
                     continue
-                if (found := led(self.piece, rows, track, core, some)) is not None:
+                if (found := follow_inputs(self.piece, rows, track, core, some)) is not None:
                     hopeful &= found[1] | (some <= track.until)
                     self._led.update(((number, time), x) for time, x in zip(some.tolist(), found[0], strict=True))
             yield from zip(some.tolist(), hopeful.tolist(), strict=True)
 
     def _at_fold(self, tau: float) -> float:
         """The time of the fold that the branch begins with, where ``tau`` is as near as Newton's method tells."""
-        from movimentum.solver.block.local import Local
-        from movimentum.solver.continuation.singular import fold_near
+        from movimentum.solver.block.block_at_instant import BlockAtInstant
+        from movimentum.solver.continuation.singular_poses import fold_near
         from movimentum.solver.kinds.newton import probe_of
 
         piece = self.piece
@@ -254,12 +256,14 @@ class Branch:
             rows = block.simultaneous
             if isinstance(track, NodeTrack) and rows is not None and tau > track.until:
                 length = float(piece.nodes[-1] - piece.nodes[0]) or 1.0
-                local = Local(rows, probe_of(piece, rows), RATE_DIFFERENCE_AT_FOLD * length, tau - length, tau + length)
+                local = BlockAtInstant(
+                    rows, probe_of(piece, rows), RATE_DIFFERENCE_AT_FOLD * length, tau - length, tau + length
+                )
                 fold = fold_near(local, tau, core, track_scale(piece.plan, block), length)
                 found = found if fold is None else max(found or fold, fold)
         return tau if found is None else found
 
-    def clear_of(self, begin: float, length: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
+    def clear_of_fold(self, begin: float, length: float, choices: list[Choice]) -> tuple[float, list[Choice]]:
         """A beginning at or just after ``begin`` from which Newton's method can follow a path: where two branches meet
         it cannot.
         """
@@ -286,7 +290,7 @@ def times_after(begin: float, nodes: FloatArray, end: float) -> FloatArray:
     count = max(1, int(np.ceil(np.log2(max(first / (FIRST_RESUMPTION * (end - begin)), 2.0)))))
     near = begin + first * 0.5 ** np.arange(count, 0, -1.0)
     widths = np.diff(np.append(begin, later))[1:]
-    between = [later[:-1] + widths * k / (BETWEEN + 1.0) for k in range(1, BETWEEN + 1)]
+    between = [later[:-1] + widths * k / (TIMES_BETWEEN_NODES + 1.0) for k in range(1, TIMES_BETWEEN_NODES + 1)]
     times = np.unique(np.concatenate([near, later, *between, [end]]))
     if len(times) <= 2 * MOST_TIMES:
         return times

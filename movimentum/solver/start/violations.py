@@ -57,13 +57,13 @@ def _first_gap(
         below = np.nonzero(~(values >= -DISCRIMINANT_ZERO))[0]
         seen = slice(0, int(below[0]) + 1 if len(below) else None)  # what rounding decides may have many gaps
         gaps = find_events(slack, nodes[seen], values[seen]).gaps
-        first = min((low for low, high in gaps if not _blurred(piece, i, slack, low, high)), default=None)
+        first = min((low for low, high in gaps if not _is_only_rounding(piece, i, slack, low, high)), default=None)
         if first is not None or not len(below):
             return first
         values[below[0]] = INEQUALITY_MET  # it is just met there; what comes after that is looked at
 
 
-def _blurred(piece: Piece, i: int, slack: Callable[[FloatArray], FloatArray], low: float, high: float) -> bool:
+def _is_only_rounding(piece: Piece, i: int, slack: Callable[[FloatArray], FloatArray], low: float, high: float) -> bool:
     """Whether inequality ``i`` seems violated in [``low``, ``high``] by rounding only: two solutions meet there."""
     points = np.linspace(low, high, 5)
     if not (slack(points) >= -INEQUALITY_BLURRED).all():

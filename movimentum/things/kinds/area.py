@@ -5,8 +5,8 @@ from __future__ import annotations
 from movimentum.records import dataclass
 from movimentum.things.colors import PALE
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import AREA as OPTIONS
-from movimentum.things.options import OptionForm, OptionRule, flag
+from movimentum.things.option_rules import AREA as OPTIONS
+from movimentum.things.option_rules import OptionForm, OptionRule, flag
 
 
 @dataclass(frozen=True, slots=True)

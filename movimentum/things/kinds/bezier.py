@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import CAP, DASH, LINED
+from movimentum.things.option_rules import CAP, DASH, LINED
 
 BEZIER = ThingKind(
     "bezier", place=32, anchors=3, points=(3, None), options=(*LINED, DASH, CAP), plain=False, followed=True

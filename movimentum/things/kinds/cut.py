@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from movimentum.records import replace
 from movimentum.things.kinds.curve import CURVE
-from movimentum.things.options import AREA, CAP, flag
+from movimentum.things.option_rules import AREA, CAP, flag
 
 CUT = replace(
     CURVE, word="cut", place=34, options=(*AREA, CAP, flag("in"), flag("outer")), anchors=0, wholes=(2, 2)

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import LINED, SIZE
+from movimentum.things.option_rules import LINED, SIZE
 
 GROUND = ThingKind("ground", place=9, points=(1, 1), options=(*LINED, SIZE), width=1.6, size=22.0, under=True)

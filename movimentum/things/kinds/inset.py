@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind, Valued
-from movimentum.things.options import COLOR, FILL, HIDDEN, LAYER, OPACITY, WIDTH, OptionForm, OptionRule, flag
+from movimentum.things.option_rules import COLOR, FILL, HIDDEN, LAYER, OPACITY, WIDTH, OptionForm, OptionRule, flag
 
 
 @dataclass(frozen=True, slots=True)

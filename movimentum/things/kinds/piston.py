@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import EDGE, FILL, LINED, SIZE
+from movimentum.things.option_rules import EDGE, FILL, LINED, SIZE
 
 DAMPER = ThingKind("damper", place=13, anchors=None, points=(2, 2), options=(*LINED, SIZE), attached=True, of_film=True)
 

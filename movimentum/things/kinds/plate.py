@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import AREA, JOINTS, THROUGH
+from movimentum.things.option_rules import AREA, JOINTS, THROUGH
 
 PLATE = ThingKind(
     "plate",

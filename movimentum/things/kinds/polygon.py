@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import ARCTO, AREA, JOINTS, THROUGH
+from movimentum.things.option_rules import ARCTO, AREA, JOINTS, THROUGH
 
 POLYGON = ThingKind(
     "polygon",

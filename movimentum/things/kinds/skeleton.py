@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from movimentum.things.kind import ThingKind
-from movimentum.things.options import COLOR, HIDDEN, LAYER, OPACITY, PINS, WIDTH
+from movimentum.things.option_rules import COLOR, HIDDEN, LAYER, OPACITY, PINS, WIDTH
 
 SKELETON = ThingKind(
     "skeleton",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import LINED, SIZE, OptionForm, OptionRule
+from movimentum.things.option_rules import LINED, SIZE, OptionForm, OptionRule
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import (
+from movimentum.things.option_rules import (
     CLIP,
     HIDDEN,
     JOINTS,

@@ -6,7 +6,7 @@ import math
 
 from movimentum.records import dataclass
 from movimentum.things.kind import Own, ThingKind
-from movimentum.things.options import AREA, JOINTS, OptionForm, OptionRule, flag
+from movimentum.things.option_rules import AREA, JOINTS, OptionForm, OptionRule, flag
 
 MOST_TEETH = 2000
 PRESSURE_ANGLE = 20.0

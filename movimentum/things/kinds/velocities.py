@@ -5,7 +5,7 @@ from __future__ import annotations
 from movimentum.records import dataclass
 from movimentum.things.colors import NOTED
 from movimentum.things.kind import Own, ThingKind, Valued
-from movimentum.things.options import (
+from movimentum.things.option_rules import (
     CLIP,
     COLOR,
     HIDDEN,

@@ -9,25 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from movimentum.analysis.diagnose.meshing import PLAY, meshings
+from movimentum.analysis.diagnose.meshing import CENTRE_PLAY, meshings
 from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.expressions import Expr
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.records import dataclass, field
 from movimentum.scene.model import AnchorCoordinate, ThingAngle, VariableComponent
-from movimentum.solver.basis.body_pose import DRAWN, BodyPose, read_off
+from movimentum.solver.basis.body_pose import AS_DRAWN, BodyPose, values_in_poses
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.kinds.across import column
+from movimentum.solver.kinds.variants import column
 from movimentum.things.kinds.toothed import RACK
 from movimentum.tolerances import BEYOND_VIOLATION, INEQUALITY_MET, JUMPED, LEAST_BEYOND, SAME_DIRECTION
 from movimentum.variants.lowered import LoweredMeasures
 from movimentum.variants.outcomes import VariantOutcome, VariantRows
 from movimentum.variants.together.beginning import Carried, VariantBeginning
 from movimentum.variants.together.choosing import began_with
-from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_together, segment_grid
+from movimentum.variants.together.following import INTERVALS, SegmentGrid, follow_batch, segment_grid
 from movimentum.variants.together.pattern import (
     Members,
-    NotTogether,
+    NotBatchable,
     Pattern,
     SegmentPattern,
 )
@@ -98,7 +98,7 @@ class Batch:
         self.payloads = payloads_read(*expressions)
         for payload in self.payloads:
             if not isinstance(payload, AnchorCoordinate | ThingAngle | VariableComponent):
-                raise NotTogether("what is measured")
+                raise NotBatchable("what is measured")
         place: dict[Hashable, int] = {payload: n for n, payload in enumerate(self.payloads)}
         place |= places_from(len(place), self.pattern.names)
         self.meshings = list(meshings(self.pattern.scene))
@@ -119,7 +119,7 @@ class Batch:
         return found
 
     def rows_refined(self, constants: FloatArray) -> tuple[VariantRows, BoolArray]:
-        """`rows`, at more instants for those that cannot be determined otherwise."""
+        """`contact_rows`, at more instants for those that cannot be determined otherwise."""
         rows, unsure = self.rows(constants)
         usual = self.intervals
         try:
@@ -161,7 +161,7 @@ class Batch:
         return VariantRows(constants, measures, course.outcomes, course.times), course.unsure
 
     def follow(self, course: BatchCourse, *, timed: bool = True, measured: bool = False) -> Iterator[SegmentRun]:
-        """Solve the segments one after the other, judging the variants on the way. ``timed``: see `follow_together`;
+        """Solve the segments one after the other, judging the variants on the way. ``timed``: see `follow_batch`;
         ``measured``: nothing is wanted at all instants but what measures read.
         """
         places, size, outcomes = course.places, course.size, course.outcomes
@@ -181,7 +181,7 @@ class Batch:
                     course.times[began.none] = float(segment.segment.start)
             idle = self._idle if measured else ()
             members = Members(segment, places.varied, choices, size)
-            followed = follow_together(members, angles, grid, timed=timed, without=idle)
+            followed = follow_batch(members, angles, grid, timed=timed, without=idle)
             moving = outcomes == 0
             course.unsure |= followed.unsure & moving
             course.lost |= followed.off & moving
@@ -252,12 +252,12 @@ class Batch:
             if item.constraint.number not in active:
                 continue
             (x, y), (u, v) = (
-                poses.get(thing.number, DRAWN).world(*places.local(thing.number, 0))
+                poses.get(thing.number, AS_DRAWN).world(*places.local(thing.number, 0))
                 for thing in (item.first, item.second)
             )
             off = np.abs(np.hypot(u - x, v - y) - item.fitting)
             largest = np.max(np.broadcast_to(off, (places.count, np.shape(off)[-1] if np.ndim(off) else 1)), axis=1)
-            misplaced |= ~(largest <= 0.9 * PLAY * item.first.toothed.module) | (item.first.kind is RACK)
+            misplaced |= ~(largest <= 0.9 * CENTRE_PLAY * item.first.toothed.module) | (item.first.kind is RACK)
         return misplaced
 
     @np.errstate(all="ignore")  # as in `Places.solved`
@@ -270,7 +270,7 @@ class Batch:
             if thing.number not in poses:
                 continue
             after = poses[thing.number]
-            here = before.poses.get(thing.number, DRAWN)
+            here = before.poses.get(thing.number, AS_DRAWN)
             first = after.each(lambda part: column(part, 0))
             for k in range(len(thing.anchors)):
                 local = places.local(thing.number, k)
@@ -337,7 +337,7 @@ class _Read:
         start = segment.segment.start
         clocks = [float(start - clock) + grid.instants.tau for clock in batch.clocks.starts]
         with np.errstate(all="ignore"):
-            known = read_off(batch.payloads, self.rest | poses, places.local, other)
+            known = values_in_poses(batch.payloads, self.rest | poses, places.local, other)
             values = batch.reading([*known, *places.varied], clocks)
         tables = [np.broadcast_to(value, shape) for value in values]
         self.frames.append([table[:, grid.frames] for table in tables])

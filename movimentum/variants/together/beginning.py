@@ -21,20 +21,20 @@ from movimentum.planning.lowering.unknowns import PoseCos, PosePart, PoseSin, sy
 from movimentum.records import dataclass
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import ThingAngle
-from movimentum.solver.basis.body_pose import DRAWN, BodyPose, pose_part
+from movimentum.solver.basis.body_pose import AS_DRAWN, BodyPose, pose_part
 from movimentum.solver.block.closed_form import State, fill_explicit
-from movimentum.solver.block.newton import newton, newton_across
-from movimentum.solver.kinds.across import column, problem_at
-from movimentum.solver.kinds.free_paths import places_of
-from movimentum.solver.kinds.free_start import FreeStart, TurnAcross
-from movimentum.solver.kinds.kernels import across
-from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, followed
-from movimentum.solver.solutions.newton_starts import immediate_wishes, scattered_starts, seeds_of
-from movimentum.solver.start.judgements import Judgements, satisfied
+from movimentum.solver.block.newton import newton, newton_of_variants
+from movimentum.solver.kinds.kernels import solve_variants
+from movimentum.solver.kinds.variant_free_paths import workspace_and_metric
+from movimentum.solver.kinds.variant_free_start import VariantFreeStart, VariantTurn
+from movimentum.solver.kinds.variants import column, problem_at
+from movimentum.solver.solutions.homotopy import ComplexArray, TotalDegree, follow_paths
+from movimentum.solver.solutions.newton_starts import immediate_wishes, random_starts, seed_count
+from movimentum.solver.start.early_checks import EarlyChecks, satisfied
 from movimentum.tolerances import LEAST_DIVISOR, NEARLY_REAL, REAL_ROOT
 from movimentum.variants.together.pattern import (
     BlockFormulas,
-    NotTogether,
+    NotBatchable,
     PolynomialRows,
     SegmentPattern,
     filled,
@@ -127,7 +127,7 @@ def all_roots(item: BlockFormulas, state: State, clocks: Sequence[FloatArray], s
     generic, roots = _generic_roots(item.rows, rows, typical)
     bad = ~np.isfinite(table).all(axis=1)
     targets = np.where(np.asarray(bad)[:, None], typical[None], table)
-    ends, finite, lost = followed(_ToVariants(rows, generic, roots, targets), 0.1)
+    ends, finite, lost = follow_paths(_ToVariants(rows, generic, roots, targets), 0.1)
     many = len(roots)
     ends, finite, lost = ends.reshape(count, many, size), finite.reshape(count, many), lost.reshape(count, many)
     imaginary = np.max(np.abs(ends.imag), axis=2) / (1.0 + np.max(np.abs(ends.real), axis=2))
@@ -152,9 +152,9 @@ def _generic_roots(
     factors[-1] = 1.0
     generic = typical * factors[list(polynomials.groups)]
     system = TotalDegree(lambda x: rows.evaluated(x, generic[None]), polynomials.degrees, np.random.default_rng(2024))
-    ends, finite, lost = followed(system)
+    ends, finite, lost = follow_paths(system)
     if lost.any() or not finite.any():
-        raise NotTogether("a homotopy that does not finish")
+        raise NotBatchable("a homotopy that does not finish")
     roots = ends[finite]
     return generic, roots
 
@@ -189,7 +189,7 @@ class VariantBeginning:
         self.state = self.run.state
         plan = pattern.plan
         self.owner = {n: block.number for block in plan.blocks for n in block.unknowns}
-        self.judgements = Judgements(plan, [None] * pattern.unknowns, (), self.owner)
+        self.judgements = EarlyChecks(plan, [None] * pattern.unknowns, (), self.owner)
         self.unsure = np.zeros(self.count, dtype=np.bool_)
         self.poses: dict[int, BodyPose] = {}
 
@@ -200,7 +200,7 @@ class VariantBeginning:
             assert choice is not None
             self._ahead(item.iterated, choice)
             return None
-        across(self.run, item.block, 1.0 if choice is None else choice)
+        solve_variants(self.run, item.block, 1.0 if choice is None else choice)
         return self.run.margins.get(number)
 
     def _ahead(self, block: Newton, core: FloatArray) -> None:
@@ -227,7 +227,7 @@ class VariantBeginning:
         if self.carried is not None and any(system.unknowns[n].thing in self.carried.poses for n in block.core):
             before = [self.before(n) for n in block.core]
             core = np.concatenate([np.broadcast_to(0.0 if v is None else v, (self.count, 1)) for v in before], axis=1)
-            x, converged, determinant = newton_across(problem_at(self.run, block, 0, scale), core)
+            x, converged, determinant = newton_of_variants(problem_at(self.run, block, 0, scale), core)
             stays = converged & (np.max(np.abs(x - core) / scale, axis=1) < tolerances.SAME_ROOT)
             self.unsure |= ~stays | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST)
             return [(x, every)]
@@ -237,7 +237,7 @@ class VariantBeginning:
         result: list[tuple[FloatArray, BoolArray]] = []
         for k in range(found.exist.shape[1]):
             start = np.where(found.exist[:, k : k + 1], found.x[:, k], found.x[:, 0])
-            x, converged, determinant = newton_across(problem, start)
+            x, converged, determinant = newton_of_variants(problem, start)
             exist = found.exist[:, k]
             self.unsure |= exist & (~converged | (np.abs(determinant) < tolerances.SINGULAR_AT_FIRST))
             result.append((x, exist))
@@ -253,7 +253,7 @@ class VariantBeginning:
 
         known: set[int] = set() if self.carried is None else set(self.carried.poses)
         place = {n: j for j, n in enumerate(block.core)}
-        turns: list[TurnAcross] = []
+        turns: list[VariantTurn] = []
         for n in block.unknowns:
             payload = system.unknowns[n].payload
             other = system.number_of.get(PoseSin(payload.thing)) if isinstance(payload, PoseCos) else None
@@ -263,10 +263,10 @@ class VariantBeginning:
                 np.ravel(np.broadcast_to(self._part(part), (self.count, 1)))
                 for part in (payload, PoseSin(payload.thing))
             )
-            turns.append(TurnAcross(place[n], place[other], c, s))
+            turns.append(VariantTurn(place[n], place[other], c, s))
         wished = immediate_wishes(self.pattern.plan, block, known)
-        metric = places_of(self.run, block)[1]
-        start = FreeStart(
+        metric = workspace_and_metric(self.run, block)[1]
+        start = VariantFreeStart(
             problem, metric, self.size, turns, wished, np.stack([column_of(n) for n in block.core], axis=1)
         )
         speeds = np.zeros((self.count, len(metric.coupled)))
@@ -278,9 +278,9 @@ class VariantBeginning:
         carried = not fresh and all(self.before(n) is not None for n in block.core)
 
         def scattered(origin: FloatArray, own: FloatArray) -> FloatArray:
-            return scattered_starts(self.pattern.plan, block, origin, own, seeds_of(origin))
+            return random_starts(self.pattern.plan, block, origin, own, seed_count(origin))
 
-        x, exist, unsure = start.found(speeds, self._sides(block), scattered, stays=carried)
+        x, exist, unsure = start.start_poses(speeds, self._sides(block), scattered, stays=carried)
         self.unsure |= unsure
         return x, exist
 
@@ -327,7 +327,7 @@ class VariantBeginning:
 
     def _part(self, part: PosePart) -> Any:
         """(V, 1) a part of a thing's pose before, in its frame's terms."""
-        pose, frame = self.poses.get(part.thing, DRAWN), self.places.frame(self.pattern, part.thing)
+        pose, frame = self.poses.get(part.thing, AS_DRAWN), self.places.frame(self.pattern, part.thing)
         return pose_part(part, frame, pose, self.pattern.plan.system.shift)
 
     def angles_before(self) -> dict[int, Any]:
@@ -344,8 +344,8 @@ class VariantBeginning:
         return found
 
     def wished(self, number: int) -> FloatArray:
-        """(V,) see `Judgements.wished`."""
-        if not self.judgements.wishes_await(number):
+        """(V,) see `EarlyChecks.wish_cost`."""
+        if not self.judgements.has_wishes(number):
             return np.zeros(self.count)
         values = self.pattern.wishes(filled(self.state), self.instants.clocks)
         first = [np.broadcast_to(value, (self.count, 2))[:, 0] for value in values]

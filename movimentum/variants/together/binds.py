@@ -16,8 +16,8 @@ from movimentum.arrays import BoolArray, FloatArray, IntArray
 from movimentum.planning.blocks.kinds import Newton
 from movimentum.records import dataclass
 from movimentum.solver.block.closed_form import fill_explicit
-from movimentum.solver.kinds.across import Across
-from movimentum.solver.kinds.kernels import across
+from movimentum.solver.kinds.kernels import solve_variants
+from movimentum.solver.kinds.variants import VariantRun
 from movimentum.tolerances import (
     CLEAR_MARGIN,
     EQUAL_AT_BIND,
@@ -287,7 +287,7 @@ class FoldSearch:
             slopes[:, i, j] = np.broadcast_to(value, run.shape)[:, 0] * scale[:, j]
         return residual, slopes
 
-    def _until_loop(self, y: FloatArray, who: IntArray, tau: FloatArray) -> Across:
+    def _until_loop(self, y: FloatArray, who: IntArray, tau: FloatArray) -> VariantRun:
         """What is known before the loop, and its core."""
         members = self.members.some(who)
         run = members.run(tau)
@@ -295,7 +295,7 @@ class FoldSearch:
             if item.block.number == self.block.number:
                 break
             if not item.goes_on:
-                across(run, item.block, members.choices.get(item.block.number, 1.0))
+                solve_variants(run, item.block, members.choices.get(item.block.number, 1.0))
         for j, n in enumerate(self.block.core):
             run.state[n] = (y[:, j] * self.scale[who, j])[:, None]
         return run
@@ -307,7 +307,7 @@ class FoldSearch:
         fill_explicit(self.block, run.state, run.instants.clocks)
         for item in members.pattern.blocks:
             if item.block.number > self.block.number and not item.goes_on:
-                across(run, item.block, members.choices.get(item.block.number, 1.0))
+                solve_variants(run, item.block, members.choices.get(item.block.number, 1.0))
         clear = np.ones(len(who), dtype=np.bool_)
         for margin in run.margins.values():
             clear &= np.broadcast_to(margin, (len(who), 1))[:, 0] > MARGIN_BESIDE_FOLD

@@ -16,13 +16,13 @@ from movimentum.arrays import BoolArray, FloatArray
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.records import dataclass
 from movimentum.scene.model import Anonymous, ThingAngle
-from movimentum.solver.basis.body_pose import DRAWN
+from movimentum.solver.basis.body_pose import AS_DRAWN
 from movimentum.solver.start.candidates import solving_order
 from movimentum.solver.start.costs import distances
 from movimentum.solver.start.search import independent_parts
 from movimentum.variants.together.beginning import VariantBeginning
-from movimentum.variants.together.pattern import MOST_CHOICES, NotTogether
-from movimentum.variants.together.poses import laid
+from movimentum.variants.together.pattern import MOST_CHOICES, NotBatchable
+from movimentum.variants.together.poses import placed_poses
 
 
 @dataclass(slots=True, eq=False)
@@ -51,7 +51,9 @@ def began_with(beginning: VariantBeginning) -> Began:
                 beginning.solve(number, None)
             none |= ~beginning.allowed(number)
         if beginning.carried is None and any(touched):
-            beginning.poses, unsure = laid(beginning.places, beginning.pattern, beginning.state, clocks, beginning.size)
+            beginning.poses, unsure = placed_poses(
+                beginning.places, beginning.pattern, beginning.state, clocks, beginning.size
+            )
             beginning.unsure |= unsure
         elif beginning.carried is not None:
             beginning.poses = beginning.carried.poses
@@ -94,7 +96,7 @@ class _Part:
         self.split = split
         self.branching = [n for n in numbers if beginning.pattern.blocks[n].block.branches]
         if len(self.branching) > MOST_CHOICES:
-            raise NotTogether("too many choices")
+            raise NotBatchable("too many choices")
         count = beginning.count
         self.costs = np.full((count, 5), np.inf)
         self.second = np.full((count, 5), np.inf)
@@ -204,7 +206,7 @@ class _Part:
         )
         _, _, *axis = beginning.places.frame(beginning.pattern, thing)
         c, s = system.frame(thing).to_thing(c, s, axis)
-        before = beginning.poses.get(thing, DRAWN)
+        before = beginning.poses.get(thing, AS_DRAWN)
         return np.arccos(np.clip(c * before.c + s * before.s, -1.0, 1.0))[:, 0]
 
 

@@ -19,8 +19,8 @@ from movimentum.solver.basis.instants import Instants, at_frames, at_times
 from movimentum.solver.block import closed_form
 from movimentum.solver.block.closed_form import State
 from movimentum.solver.block.problem import scale_of
-from movimentum.solver.kinds.across import LoopEnds
 from movimentum.solver.kinds.integral import with_points
+from movimentum.solver.kinds.variants import LoopEnds
 from movimentum.timeline.model import Timeline
 from movimentum.tolerances import BEFORE_FOLD, CLEAR_MARGIN, HOLDS_WITHIN, LEAST_DIVISOR, NEARLY_ONE_CIRCLE
 from movimentum.variants.together.binds import FARTHEST_TURN, LAST, FoldSearch, bind_times, violation_times
@@ -103,7 +103,7 @@ def _with_quadrature(pattern: SegmentPattern, grid: SegmentGrid) -> SegmentGrid:
     return SegmentGrid(between, every * grid.frames, every * grid.more)
 
 
-def follow_together(
+def follow_batch(
     members: Members,
     angles: dict[int, Any],
     grid: SegmentGrid,

@@ -24,12 +24,12 @@ from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.plan import Plan
 from movimentum.records import dataclass, field
 from movimentum.scene.model import Scene
+from movimentum.solver.basis.dependencies import blocks_for, unused_windings
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.upstream import finders, idle_windings
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.kinds.across import Across, Again
-from movimentum.solver.kinds.free_paths import GridAcross
-from movimentum.solver.kinds.kernels import across
+from movimentum.solver.kinds.kernels import solve_variants
+from movimentum.solver.kinds.variant_free_paths import VariantNodes
+from movimentum.solver.kinds.variants import UpstreamSolver, VariantRun
 from movimentum.timeline.model import Segment, Timeline
 from movimentum.tolerances import LOOK_AHEAD
 from movimentum.variants.tracing import OriginUnfolding, places_from
@@ -38,7 +38,7 @@ MOST_CHOICES = 8
 """Blocks of two solutions in one part of a scene, beyond which all their combinations are too many."""
 
 
-class NotTogether(Exception):
+class NotBatchable(Exception):
     """Variants of this script are solved one by one; the argument says why."""
 
 
@@ -139,18 +139,18 @@ class SegmentPattern:
         """The blocks of continuous angles that nothing reads, where the payloads ``read`` are."""
         system = self.plan.system
         others = {n for e in system.equations if e.form is Form.PLAIN for n in e.unknowns}
-        return idle_windings(self.plan, others | {u.number for u in system.unknowns if u.payload in read})
+        return unused_windings(self.plan, others | {u.number for u in system.unknowns if u.payload in read})
 
     @cached_property
     def unjudged(self) -> frozenset[int]:
         """The blocks that no inequality depends on."""
         read = symbol_numbers(*(selector.value for selector in self.plan.system.selectors))
-        return frozenset(range(len(self.blocks))).difference(finders(self.plan, read))
+        return frozenset(range(len(self.blocks))).difference(blocks_for(self.plan, read))
 
     @cached_property
     def upstream(self) -> tuple[frozenset[int], ...]:
         """The numbers of the blocks that each block depends on."""
-        return tuple(frozenset(finders(self.plan, item.block.inputs)) for item in self.blocks)
+        return tuple(frozenset(blocks_for(self.plan, item.block.inputs)) for item in self.blocks)
 
     @property
     def turns(self) -> bool:
@@ -176,20 +176,25 @@ class SegmentPattern:
         before: dict[int, Any] | None = None,
         *,
         path: bool = False,
-    ) -> Across:
+    ) -> VariantRun:
         """What solves variants with the constants ``varied``, (V, 1) each, at instants or offsets (T,) or (V, T)."""
         instants = tau if isinstance(tau, Instants) else instants_of(self, tau)
-        return Across(self.plan, self.state(varied), instants, size, before or {}, path, path and self.quadrature)
+        return VariantRun(self.plan, self.state(varied), instants, size, before or {}, path, path and self.quadrature)
 
     def solve(
-        self, run: Across, choices: Mapping[int, FloatArray], *, continued: bool = True, without: Container[int] = ()
-    ) -> Across:
+        self,
+        run: VariantRun,
+        choices: Mapping[int, FloatArray],
+        *,
+        continued: bool = True,
+        without: Container[int] = (),
+    ) -> VariantRun:
         """Solve blocks of ``run``: not those ``without``; if nothing is ``continued``, not what depends on the past."""
         known = dict[int, Any](choices)
-        grid: GridAcross | None = None
+        grid: VariantNodes | None = None
         if run.path and self.drifting:
-            run.again = self._again(run, known)
-            grid = GridAcross(run)
+            run.upstream_solver = self._again(run, known)
+            grid = VariantNodes(run)
         for item in self.blocks:
             number = item.block.number
             if (not continued and item.goes_on) or number in without:
@@ -197,23 +202,23 @@ class SegmentPattern:
             if grid is not None and number <= self.drifting[-1] and item.block.moving:
                 grid.resolve_phases(item.block)
                 run.nodes = grid.tau, grid.counts
-            across(run, item.block, known.get(number, 1.0))
+            solve_variants(run, item.block, known.get(number, 1.0))
             known |= run.tracks
             if grid is not None and number < self.drifting[-1]:
                 grid.resolve_turning(item.block)
         return run
 
-    def _again(self, run: Across, known: Mapping[int, Any]) -> Again:
+    def _again(self, run: VariantRun, known: Mapping[int, Any]) -> UpstreamSolver:
         """What solves blocks of ``run`` at other instants, with the choices that are ``known`` then."""
         varied = run.state[self.unknowns :]
 
-        def again(number: int, tau: FloatArray, who: IntArray, *, itself: bool = False) -> Across:
+        def again(number: int, tau: FloatArray, who: IntArray, *, itself: bool = False) -> VariantRun:
             inner = self.run([value[who] for value in varied], tau, run.size[who])
             for item in self.blocks[: number + itself]:
                 block = item.block
                 if block.number in self.upstream[number] or block.number == number:
                     choice = known.get(block.number, 1.0)
-                    across(inner, block, choice if isinstance(choice, float) else choice[who])
+                    solve_variants(inner, block, choice if isinstance(choice, float) else choice[who])
             return inner
 
         return again
@@ -239,15 +244,15 @@ class Members:
         choices = {number: choice[chosen] for number, choice in self.choices.items()}
         return Members(self.pattern, [value[chosen] for value in self.varied], choices, self.size[chosen])
 
-    def run(self, tau: FloatArray) -> Across:
+    def run(self, tau: FloatArray) -> VariantRun:
         """What solves them at offsets (T,) or (V, T)."""
         return self.pattern.run(self.varied, tau, self.size)
 
-    def solved(self, tau: FloatArray, without: Container[int] = ()) -> Across:
+    def solved(self, tau: FloatArray, without: Container[int] = ()) -> VariantRun:
         """What does not depend on the past, solved at offsets (T,) or (V, T), but for the blocks ``without``."""
         return self.pattern.solve(self.run(tau), self.choices, continued=False, without=without)
 
-    def slack(self, run: Across) -> list[FloatArray]:
+    def slack(self, run: VariantRun) -> list[FloatArray]:
         """The left-hand side of every inequality (it is to be positive), in units of the scene's size, (V, T) each."""
         if not self.pattern.selectors.count:
             return []

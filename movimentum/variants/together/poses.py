@@ -12,9 +12,9 @@ from movimentum.expressions import Expr
 from movimentum.expressions.arrays import sincosd
 from movimentum.planning.codegen.generate import Clocks
 from movimentum.planning.lowering.unknowns import BodyUnknowns, symbol_numbers
-from movimentum.solver.basis.body_pose import DRAWN, BodyPose, solved_pose
+from movimentum.solver.basis.body_pose import AS_DRAWN, BodyPose, solved_pose
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.kinds.across import at_instants
+from movimentum.solver.kinds.variants import at_instants
 from movimentum.solver.start.placement import Pin, connected_parts, pins_of, rigid_motions
 from movimentum.tolerances import PART_FITS
 from movimentum.variants.together.pattern import Pattern, SegmentPattern
@@ -69,25 +69,25 @@ class Places:
         before: dict[int, BodyPose],
         whole: Container[int] | None = None,
     ) -> dict[int, BodyPose]:
-        """The pose of each thing that a segment's constraints mention, see `assembly.placements`; of those that are not
-        among ``whole`` (None: of none), at the first and the last instant only.
+        """The pose of each thing that a segment's constraints mention, see `pose_assembly.placements`; of those that
+        are not among ``whole`` (None: of none), at the first and the last instant only.
         """
         system = segment.plan.system
         ends: State = [at_instants(value, [0, -1]) for value in state]
 
         def placed(body: BodyUnknowns) -> BodyPose:
             own = state if whole is None or body.thing in whole else ends
-            frame, old = self.frame(segment, body.thing), before.get(body.thing, DRAWN)
+            frame, old = self.frame(segment, body.thing), before.get(body.thing, AS_DRAWN)
             return solved_pose(system, body, frame, own.__getitem__, old, lambda angle: sincosd(np.asarray(angle)))
 
         return {body.thing: placed(body) for body in segment.plan.bodies}
 
 
-def laid(
+def placed_poses(
     places: Places, segment: SegmentPattern, state: State, clocks: Sequence[FloatArray], size: FloatArray
 ) -> tuple[dict[int, BodyPose], BoolArray]:
     """The poses to begin from: every part as drawn, moved as a body to where its pins are, if it fits there; and (V,)
-    whether that cannot be determined for many variants at once. See `solver.start.placement.placed`.
+    whether that cannot be determined for many variants at once. See `solver.start.placement.place_parts`.
     """
     plan = segment.plan
     unsure = np.zeros(places.count, dtype=np.bool_)

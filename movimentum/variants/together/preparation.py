@@ -23,14 +23,14 @@ from movimentum.planning.plan import Plan
 from movimentum.planning.planner import compile_structure, structure_of
 from movimentum.records import replace
 from movimentum.scene.model import Relation, Scene, ThingAngle
+from movimentum.solver.basis.dependencies import blocks_for
 from movimentum.solver.basis.instants import Instants
 from movimentum.solver.basis.pose_state import as_drawn
 from movimentum.solver.basis.scene_size import scene_size
-from movimentum.solver.basis.upstream import finders
 from movimentum.solver.block.closed_form import State
-from movimentum.solver.judge import Judge
-from movimentum.solver.kinds.across import Across, Lift
 from movimentum.solver.kinds.kernels import compared, lifted
+from movimentum.solver.kinds.variants import VariantLift, VariantRun
+from movimentum.solver.residual_check import ResidualCheck
 from movimentum.solver.start.mobile_groups import mobile_groups
 from movimentum.things.kinds.toothed import Toothed
 from movimentum.timeline.model import Segment, Timeline
@@ -40,7 +40,7 @@ from movimentum.variants.single import Variants, structure_key
 from movimentum.variants.together.batch import Batch
 from movimentum.variants.together.pattern import (
     BlockFormulas,
-    NotTogether,
+    NotBatchable,
     Pattern,
     PolynomialRows,
     SegmentFormulas,
@@ -57,15 +57,15 @@ MOST_PATHS = 64
 
 
 def make_pattern(timeline: Timeline, values: Mapping[str, float]) -> Pattern:
-    """The pattern of a timeline that was read with traced ``values``; `NotTogether` where there is none."""
+    """The pattern of a timeline that was read with traced ``values``; `NotBatchable` where there is none."""
     scene = timeline.scene
     names = tuple(values)
     unfolding = OriginUnfolding()
     size = scene_size(scene)
-    if timeline.kept:
-        raise NotTogether("values that statements keep from earlier times")
+    if timeline.stored_values:
+        raise NotBatchable("values that statements keep from earlier times")
     if not any(len(thing.anchors) > 1 for thing in scene.things):
-        raise NotTogether("no thing has two anchors")
+        raise NotBatchable("no thing has two anchors")
     segments: list[SegmentPattern] = []
     for segment in timeline.segments:
         before = segments[-1] if segments else None
@@ -97,24 +97,24 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
         _check_teeth(segment, unfolding)
     structure = structure_of(scene, segment, {})
     if first and mobile_groups(structure, as_drawn(scene), size):
-        raise NotTogether("a mechanism that moves although it looks determined")
+        raise NotBatchable("a mechanism that moves although it looks determined")
     plan = compile_structure(structure, size, None)
     if any(not _known_kind(block) for block in plan.blocks):
-        raise NotTogether("blocks without a closed form")
+        raise NotBatchable("blocks without a closed form")
     _check_free(plan)
     return plan
 
 
 def _check_free(plan: Plan) -> None:
-    """Raise `NotTogether` where a free motion depends on what has no closed form."""
+    """Raise `NotBatchable` where a free motion depends on what has no closed form."""
     free = [block for block in plan.blocks if block.free and not block.integrals]
-    above = (plan.blocks[number] for block in free for number in finders(plan, block.inputs))
+    above = (plan.blocks[number] for block in free for number in blocks_for(plan, block.inputs))
     if not all(block.closed_form or block in free for block in above):
-        raise NotTogether("free motions that follow what is not in closed form")
+        raise NotBatchable("free motions that follow what is not in closed form")
 
 
 def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
-    """Raise `NotTogether` where the turn that a constraint states at first, and with it which teeth of gears are in
+    """Raise `NotBatchable` where the turn that a constraint states at first, and with it which teeth of gears are in
     which gaps, may depend on the varied constants. (What else that depends on is in the gears' equations.)
     """
 
@@ -124,7 +124,7 @@ def _check_teeth(segment: Segment, unfolding: OriginUnfolding) -> None:
     for constraint in segment.active:
         states_turn = constraint.relation is Relation.EQUAL and isinstance(constraint.left[0].payload, ThingAngle)
         if states_turn and varied_names(substitute(unfolding.unfolded(constraint.right[0]), at_first)):
-            raise NotTogether("the teeth of gears may depend on it")
+            raise NotBatchable("the teeth of gears may depend on it")
 
 
 def _known_kind(block: Block) -> bool:
@@ -142,7 +142,7 @@ def _segment_pattern(
     def formulas(expressions: Sequence[Expr]) -> SegmentFormulas:
         return SegmentFormulas(unfolding.code(expressions, place, clocks), len(expressions))
 
-    lift = Lift(
+    lift = VariantLift(
         plan,
         frozenset(range(count, count + len(names))),
         lambda root: numbered(unfolding.unfolded(root), place),
@@ -153,7 +153,7 @@ def _segment_pattern(
         try:
             made = lifted(block, lift)
         except NotImplementedError as error:
-            raise NotTogether("blocks without a closed form") from error
+            raise NotBatchable("blocks without a closed form") from error
         rows = None if block.free or block.integrals else block.simultaneous
         return BlockFormulas(
             made,
@@ -165,7 +165,7 @@ def _segment_pattern(
     blocks = tuple(map(lift_block, plan.blocks))
     system = plan.system
     checks: list[Expr] = [system.equations[n].residual for n in plan.checks]
-    judge = Judge(plan, size)
+    judge = ResidualCheck(plan, size)
     rows = judge.rows
     stated = formulas([row.original or row.residual for row in rows])
     return SegmentPattern(
@@ -194,14 +194,14 @@ def _polynomial_rows(
     for row, residual in enumerate(block.residuals):
         form = poly.from_expression(residual)
         if form is None:
-            raise NotTogether("equations that are not polynomials")
+            raise NotBatchable("equations that are not polynomials")
         form = poly.relative_to(form, inside)
         degrees.append(poly.degree(form, inside))
         for monomial, coefficient in form.items():
             terms.append((row, tuple(place[n] for n in monomial)))
             coefficients.append(coefficient)
     if min(degrees) < 1 or math.prod(degrees) > MOST_PATHS:
-        raise NotTogether("equations with too many solutions")
+        raise NotBatchable("equations with too many solutions")
     numbers: dict[Expr, int] = {}
     groups = tuple(
         -1 if each.value is not None and not varies(each) else numbers.setdefault(each, len(numbers))
@@ -218,7 +218,7 @@ ATTEMPTS = 8
 def prepare(variants: Variants, fixed: Mapping[str, float], intervals: Mapping[str, tuple[float, float]]) -> Batch:
     """What solves variants together whose constants ``fixed`` have these values, while others vary in ``intervals``.
 
-    Raises `NotTogether` where that is not possible, and `ScriptError` where a typical variant makes no sense.
+    Raises `NotBatchable` where that is not possible, and `ScriptError` where a typical variant makes no sense.
     """
     base = replace(variants, choices=variants.choices_of(fixed)) if fixed else variants
     choices, timeline, pattern = _typical(variants, base, intervals)
@@ -243,7 +243,7 @@ def _typical(
         pattern = make_pattern(timeline, values)
         if not _loses_roots(pattern):
             return choices, timeline, pattern
-    raise NotTogether("most variants do not move")
+    raise NotBatchable("most variants do not move")
 
 
 def _loses_roots(pattern: Pattern) -> bool:
@@ -261,15 +261,15 @@ def make_pattern_of(timeline: Timeline) -> Pattern:
 
 
 def _compare(pattern: Pattern, own: Pattern, values: Mapping[str, float]) -> None:
-    """Raise `NotTogether` where ``pattern`` makes something else of ``values`` than the variant's ``own`` plans."""
+    """Raise `NotBatchable` where ``pattern`` makes something else of ``values`` than the variant's ``own`` plans."""
     if structure_key(pattern.timeline) != structure_key(own.timeline):
-        raise NotTogether("steps, things or times depend on it")
+        raise NotBatchable("steps, things or times depend on it")
     varied = [np.array([[values[name]]]) for name in pattern.names]
     here, there = Places(pattern, varied), Places(own, [])
     _same([here.size()[0]], [scene_size(own.scene)], "the size")
     gears = [[t.own for t in each.scene.things if isinstance(t.own, Toothed)] for each in (pattern, own)]
     if gears[0] != gears[1]:
-        raise NotTogether("gears depend on it")
+        raise NotBatchable("gears depend on it")
     for thing in own.scene.things:
         for k, anchor in enumerate(thing.anchors):
             _same(here.local(thing.number, k), anchor.local, "an anchor")
@@ -282,22 +282,22 @@ def _compare_segment(mine: SegmentPattern, other: SegmentPattern, varied: list[F
     kinds = [type(item.block) for item in mine.blocks] == [type(item.block) for item in other.blocks]
     ours, theirs = mine.plan.system, other.plan.system
     if not kinds or list(map(_what, ours.unknowns)) != list(map(_what, theirs.unknowns)):
-        raise NotTogether("the structure of the equations depends on it")
+        raise NotBatchable("the structure of the equations depends on it")
     if ours.shift != theirs.shift or mine.plan.checks != other.plan.checks or mine.continues != other.continues:
-        raise NotTogether("the structure of the equations depends on it")
+        raise NotBatchable("the structure of the equations depends on it")
     if [wish.speed for wish in ours.wishes] != [wish.speed for wish in theirs.wishes]:
-        raise NotTogether("the speed of a wish depends on it")
+        raise NotBatchable("the speed of a wish depends on it")
     generator = np.random.default_rng(5)
     for _ in range(2):
         known: list[Any] = [np.array([[value]]) for value in generator.uniform(-1.0, 1.0, mine.unknowns)]
         clocks = [np.array([[value]]) for value in generator.uniform(0.0, 1.0, len(mine.more_clocks))]
         if mine.more_clocks != other.more_clocks:
-            raise NotTogether("times depend on it")
+            raise NotBatchable("times depend on it")
         with np.errstate(all="ignore"):
             for a, b in zip(mine.blocks, other.blocks, strict=True):
                 one, two = a.block, b.block
                 if sorted(one.unknowns) != sorted(two.unknowns) or one.equations != two.equations:
-                    raise NotTogether("the structure of the equations depends on it")
+                    raise NotBatchable("the structure of the equations depends on it")
                 # another order of elimination is as good: every variant's equations are verified as they are stated
                 if (one.core, one.targets) == (two.core, two.targets):
                     _same_block(mine, one, [*known, *varied], other, two, known, clocks)
@@ -324,7 +324,7 @@ def _same_block(
     own = _solution(mine, one, here, clocks)
     try:
         _same(own, _solution(other, two, there, clocks), "a formula")
-    except NotTogether:
+    except NotBatchable:
         if one.iterative or not one.branches:
             raise
         _same(own, _solution(other, two, there, clocks, -1.0), "a formula")
@@ -334,17 +334,17 @@ def _solution(
     segment: SegmentPattern, block: Block, state: State, clocks: Sequence[FloatArray], sign: float = 1.0
 ) -> list[Any]:
     """What a block makes of ``state``; of a loop, its residuals and their slopes."""
-    run = Across(segment.plan, list(state), Instants(np.zeros((1, 1)), tuple(clocks)), np.ones(1))
+    run = VariantRun(segment.plan, list(state), Instants(np.zeros((1, 1)), tuple(clocks)), np.ones(1))
     return compared(run, block, sign)
 
 
 def _same(mine: Any, other: Any, what: str) -> None:
     if len(mine) != len(other):
-        raise NotTogether(f"{what} depends on it")
+        raise NotBatchable(f"{what} depends on it")
     for a, b in zip(mine, other, strict=True):
         x, y = first_of(a), first_of(b)
         both = np.isfinite(x), np.isfinite(y)
         if both != (True, True) and not any(both):
             continue
         if not abs(x - y) <= SAME_FORMULA * (abs(x) + abs(y)) + SAME_ZERO:
-            raise NotTogether(f"{what} depends on it in another way")
+            raise NotBatchable(f"{what} depends on it in another way")
