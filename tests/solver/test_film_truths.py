@@ -25,7 +25,7 @@ from movimentum.solver.glimpse import glimpse, renumbered, shown_at
 from movimentum.solver.kept import KeptValues, claims_with_kept, first_value, has_value, with_kept
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.reuse import plans_of_this_process
-from movimentum.solver.segment_motion import SegmentMotion, Unsolved
+from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion, Unsolved
 from movimentum.solver.touched import connected, touched
 from movimentum.timeline.arrange import arrange
 from tests.solver.scenes import anchor, motion_of, posed, scene_of
@@ -113,6 +113,8 @@ def test_the_velocity_that_is_carried_on_is_the_derivative(time):
     assert carry.before is not None
     assert (carry.now.things[0].x - carry.before.things[0].x) / carry.span == pytest.approx(6 * time, rel=1e-4)
     assert (carry.now.things[0].angle - carry.before.things[0].angle) / carry.span == pytest.approx(90, rel=1e-6)
+    checked = replace(segment, troubles=[Failure(FailureKind.CHECK, 0.2, until=2.0)])  # no gap: the path goes on
+    assert carry_at(checked, segment.pieces[0], time, segment.base).before is not None
     first = carry_at(segment, segment.pieces[0], 0.0, segment.base)
     assert first.before is None
     assert first.now.things[0].x == pytest.approx(100)
@@ -241,9 +243,10 @@ def test_kept_values_come_one_after_the_other():
 
 def test_the_first_value_is_that_of_the_first_path():
     """x = 2 until the inequality makes it go over to -2."""
-    motion = motion_of(ORBIT.format(more="x*x = 4; x < 3 - .t; x ~ 2;"))
+    motion = motion_of(ORBIT.format(more="x*x = 4; x < 3 - .t; x ~ 2; u = [3 + .t, 5];"))
     assert len(motion.segments[0].pieces) > 1
     assert first_value(motion.segments, "x", False) == pytest.approx((2.0,))
+    assert first_value(motion.segments, "u", True) == pytest.approx((3.0, 5.0))
     poses = motion.poses_at([Fraction(0), Fraction(19, 20), Fraction(21, 20), Fraction(2)])
     assert poses.variables["x"].tolist() == pytest.approx([2, 2, -2, -2])
 
