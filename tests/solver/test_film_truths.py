@@ -177,6 +177,10 @@ def test_what_is_let_go_rests_as_it_was():
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     np.testing.assert_allclose(poses.direction[0, 1:], [[c, s]] * 2)
     np.testing.assert_allclose(poses.origin[0], [[4, 5]] * 3)
+    alone = motion.poses_at([Fraction(3, 2)])  # of the second step only
+    assert alone.angle[0].tolist() == pytest.approx([30])
+    np.testing.assert_allclose(alone.direction[0], [[c, s]])
+    np.testing.assert_allclose(alone.origin[0], [[4, 5]])
 
 
 def test_frames_are_judged_by_what_is_stated_where_that_is_doubted():
