@@ -18,7 +18,7 @@ from movimentum.solver.basis.pose_state import Snapshot
 from movimentum.solver.segment_motion import SegmentMotion, UnsolvedInterval
 from movimentum.timeline.model import Segment, TimedClaim, Timeline
 
-_Statement = TypeVar("_Stated", Constraint, Claim)
+_Statement = TypeVar("_Statement", Constraint, Claim)
 
 
 class StoredValues:

@@ -10,11 +10,11 @@ import shapely
 
 from movimentum.expressions import add, const, mul, symbol
 from movimentum.memo import Memo
-from movimentum.planning.blocks.kept import KnownBlocks
+from movimentum.planning.blocks.block_cache import BlockCache
 from movimentum.planning.blocks.kinds import Free, Pushing, Velocity
-from movimentum.planning.blocks.pushed import as_points, moments_of, read_by
-from movimentum.planning.blocks.velocities import blocks_behind, rows_of
-from movimentum.planning.blocks.wishes import by_directions, in_what_moves, measured
+from movimentum.planning.blocks.pushed_groups import as_points, moments_of, unknowns_read_by
+from movimentum.planning.blocks.velocities import rate_blocks_of, rows_of
+from movimentum.planning.blocks.wishes import dependent_formulas, independent_form, with_directions
 from movimentum.planning.lowering.system import build_system, with_rigidity
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin
 from movimentum.planning.planner import compile_structure, structure_of
@@ -30,7 +30,7 @@ SCALES = (1e-2, 1.0, 1e4)
 
 def plan_of(text):
     scene = scene_of(text)
-    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, KnownBlocks(Memo(1)))
+    return compile_structure(structure_of(scene, arrange(scene).segments[0], {}), 100.0, BlockCache(Memo(1)))
 
 
 # --- how much things count
@@ -123,7 +123,7 @@ def test_a_gap_reads_the_poses_of_both_and_a_distance_is_taken_off():
     assert [gap.push for gap in rows.gaps] == [0]
     driven = {plan.system.unknowns[n].name for n in block.inputs}
     assert {"A.x", "A.y"} <= driven
-    assert read_by(Group(block.unknowns, block.equations), plan.system) >= set(block.core)
+    assert unknowns_read_by(Group(block.unknowns, block.equations), plan.system) >= set(block.core)
 
 
 # --- wishes, and rates
@@ -136,13 +136,13 @@ def test_an_angle_is_a_direction_but_for_whole_turns_where_it_stands_alone():
     for turn in (10.0, 170.0, -300.0, 725.0):
         values = posed(system, {0: (0.0, 0.0)}, {0: turn})
         near = turn - 360.0 * round(turn / 360.0)
-        alone = by_directions(system, frozenset(), add(symbol(angle), const(-3.0)))
+        alone = with_directions(system, frozenset(), add(symbol(angle), const(-3.0)))
         off = near - 3.0
         assert valued(alone, values) == pytest.approx(off - 360.0 * round(off / 360.0), abs=1e-9)
-        twice = by_directions(system, frozenset(), mul(const(2.0), symbol(angle)))
+        twice = with_directions(system, frozenset(), mul(const(2.0), symbol(angle)))
         assert valued(twice, values) == pytest.approx(2.0 * near, abs=1e-9)
     kept = add(symbol(angle), const(1.0))
-    assert by_directions(system, frozenset({0}), kept) is kept
+    assert with_directions(system, frozenset({0}), kept) is kept
 
 
 def test_what_is_measured_of_a_free_motion_is_put_in_terms_of_it():
@@ -150,10 +150,10 @@ def test_what_is_measured_of_a_free_motion_is_put_in_terms_of_it():
     scene = scene_of(text)
     structure = structure_of(scene, arrange(scene).segments[0], {})
     system, number = structure.system, {u.name: n for n, u in enumerate(structure.system.unknowns)}
-    found = measured(system, structure.decomposition.groups)
+    found = dependent_formulas(system, structure.decomposition.groups)
     values = posed(system, {0: (3.0, 5.0)}, {0: 0.0})
     values = {n: values.get(n) for n in range(len(system.unknowns))}
-    moved = in_what_moves(system, frozenset(), found, symbol(number["h"]))
+    moved = independent_form(system, frozenset(), found, symbol(number["h"]))
     assert valued(moved, values) == pytest.approx(2.0 * 45.0 + 1.0)
     assert symbol(number["g"]) in found
     assert number["h"] not in {node.payload for node in found[symbol(number["g"])].args if node.op == "symbol"}
@@ -171,10 +171,10 @@ def test_rates_of_a_free_motion_depend_on_what_drives_it_and_on_nothing_else():
     owner = {n: each.number for each in plan.blocks for n in each.unknowns}
     number = {u.payload: n for n, u in enumerate(plan.system.unknowns)}
     assert {owner[number[PoseCos(0)]], owner[number[PoseSin(0)]]} == {law.number}
-    assert law.number in block.behind
+    assert law.number in block.upstream
     other = {owner[n] for n, u in enumerate(plan.system.unknowns) if u.thing == 1 and n in owner}
-    assert not other & set(block.behind)
-    assert blocks_behind(plan.system, plan.blocks, owner, [number[PoseCos(0)]]) == block.behind
+    assert not other & set(block.upstream)
+    assert rate_blocks_of(plan.system, plan.blocks, owner, [number[PoseCos(0)]]) == block.upstream
     rows = rows_of(plan.system, law)
     assert len(rows.residuals) == len(law.equations)
     assert {j for _, j in rows.entries} <= set(range(len(law.unknowns)))

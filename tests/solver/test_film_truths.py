@@ -15,18 +15,24 @@ import movimentum as mv
 from movimentum.expressions import add, symbol, symbols, walk
 from movimentum.planning.lowering.unknowns import PoseX, PoseY
 from movimentum.records import replace
-from movimentum.scene.leaves import Kept
+from movimentum.scene.leaves import StoredValue
 from movimentum.scene.model import ThingProperty, VariableComponent
-from movimentum.solver.assembly import Assembly, carry_at, placements, snapshot
 from movimentum.solver.basis.body_pose import BodyPose
 from movimentum.solver.basis.instants import Instants
-from movimentum.solver.basis.pose_state import Carry, Snapshot
-from movimentum.solver.glimpse import glimpse, renumbered, shown_at
-from movimentum.solver.kept import KeptValues, claims_with_kept, first_value, has_value, with_kept
+from movimentum.solver.basis.pose_state import PoseState, Snapshot
+from movimentum.solver.edited_parts import connected_parts_of, edited_part
 from movimentum.solver.path.piece import Piece
-from movimentum.solver.reuse import plans_of_this_process
-from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion, Unsolved
-from movimentum.solver.touched import connected, touched
+from movimentum.solver.pose_assembly import PoseAssembly, carried_at, placements, snapshot
+from movimentum.solver.preview import carried_to_scene, pose_at_rest, preview_pose
+from movimentum.solver.segment_motion import Failure, FailureKind, SegmentMotion, UnsolvedInterval
+from movimentum.solver.solver_cache import process_plan_cache
+from movimentum.solver.stored_values import (
+    StoredValues,
+    claims_with_stored_values,
+    first_value,
+    has_value,
+    with_stored_values,
+)
 from movimentum.timeline.arrange import arrange
 from tests.solver.scenes import anchor, motion_of, posed, scene_of
 
@@ -36,10 +42,10 @@ from tests.solver.scenes import anchor, motion_of, posed, scene_of
 def segment_with(begins: list[float], unsolved: set[int]) -> SegmentMotion:
     ends = [*begins[1:], begins[-1] + 1.0]
     pieces = [
-        Unsolved(b, e, Carry(Snapshot(()))) if i in unsolved else Piece(None, Fraction(0), b, e)  # type: ignore[arg-type]
+        UnsolvedInterval(b, e, PoseState(Snapshot(()))) if i in unsolved else Piece(None, Fraction(0), b, e)  # type: ignore[arg-type]
         for i, (b, e) in enumerate(zip(begins, ends, strict=True))
     ]
-    return SegmentMotion(None, None, Carry(Snapshot(())), pieces, [], [])  # type: ignore[arg-type]
+    return SegmentMotion(None, None, PoseState(Snapshot(())), pieces, [], [])  # type: ignore[arg-type]
 
 
 @settings(max_examples=30)
@@ -108,14 +114,14 @@ def test_placements_and_snapshots_are_the_poses_of_the_film():
 def test_the_velocity_that_is_carried_on_is_the_derivative(time):
     motion = motion_of(ORBIT.format(more=""))
     segment = motion.segments[0]
-    carry = carry_at(segment, segment.pieces[0], time, segment.base)
+    carry = carried_at(segment, segment.pieces[0], time, segment.base)
     assert carry.now.things[0].x == pytest.approx(100 + 3 * time**2)
     assert carry.before is not None
     assert (carry.now.things[0].x - carry.before.things[0].x) / carry.span == pytest.approx(6 * time, rel=1e-4)
     assert (carry.now.things[0].angle - carry.before.things[0].angle) / carry.span == pytest.approx(90, rel=1e-6)
-    checked = replace(segment, troubles=[Failure(FailureKind.CHECK, 0.2, until=2.0)])  # no gap: the path goes on
-    assert carry_at(checked, segment.pieces[0], time, segment.base).before is not None
-    first = carry_at(segment, segment.pieces[0], 0.0, segment.base)
+    checked = replace(segment, failures=[Failure(FailureKind.CHECK, 0.2, until=2.0)])  # no gap: the path goes on
+    assert carried_at(checked, segment.pieces[0], time, segment.base).before is not None
+    first = carried_at(segment, segment.pieces[0], 0.0, segment.base)
     assert first.before is None
     assert first.now.things[0].x == pytest.approx(100)
 
@@ -149,7 +155,7 @@ def test_frames_without_a_solution_hold_the_last_pose():
     assert first_value(segments, "y", False) == (4.0,)
     assert first_value(segments, "x", False) == pytest.approx((10.0,))
     assert first_value(segments, "z", True) == (0.0, 0.0)
-    left = carry_at(segments[0], segments[0].pieces[0], 1.5, segments[0].base)  # in the gap: where it begins
+    left = carried_at(segments[0], segments[0].pieces[0], 1.5, segments[0].base)  # in the gap: where it begins
     assert left.before is None
     assert left.now.things[0].x == pytest.approx(0.0, abs=1e-5)
 
@@ -157,7 +163,7 @@ def test_frames_without_a_solution_hold_the_last_pose():
 def test_what_is_not_finite_is_no_solution():
     motion = motion_of(ORBIT.format(more=""))
     times = np.array([0.0, 1.0, 2.0])
-    assembly = Assembly(motion.timeline.scene, motion.segments, np.arange(3), times)
+    assembly = PoseAssembly(motion.timeline.scene, motion.segments, np.arange(3), times)
     assembly.add(motion.segments[0], slice(0, 3), motion.instants(motion.segments[0], 0, 3))
     assembly.origin[0, 1, 0] = np.inf
     assembly.variables["v"][2, 1] = np.nan
@@ -185,13 +191,13 @@ def test_what_is_let_go_rests_as_it_was():
 
 def test_frames_are_judged_by_what_is_stated_where_that_is_doubted():
     motion, other = motion_of(ORBIT.format(more="")), motion_of(ORBIT.format(more="").replace("50]", "50 + .t]"))
-    assert replace(motion, doubted=True).poses(0, 21).solved.all()
+    assert replace(motion, uncertain=True).poses(0, 21).solved.all()
     (piece,) = motion.segments[0].pieces
     system = replace(piece.plan.system, equations=other.segments[0].plan.system.equations)  # it is not at y = 50 + t
     mixed = replace(motion.segments[0], pieces=[replace(piece, plan=replace(piece.plan, system=system))])
-    mixed = replace(motion, segments=(mixed, *motion.segments[1:]), doubted=True)
+    mixed = replace(motion, segments=(mixed, *motion.segments[1:]), uncertain=True)
     assert mixed.poses(0, 20).solved.tolist() == [True] + [False] * 19
-    assert replace(mixed, doubted=False).poses(0, 20).solved.all()
+    assert replace(mixed, uncertain=False).poses(0, 20).solved.all()
 
 
 @pytest.mark.parametrize(("value", "seen"), [("0.49", False), ("0.5", True), ("1", True), ("0", False)])
@@ -210,39 +216,39 @@ KEPT = """.config(10); Arm : .bar P = [0, 0] Q = P + [10, 0];
 
 def test_kept_values_are_numbers_where_they_are_read():
     motion = motion_of(KEPT)
-    (kept,) = motion.timeline.kept or arrange(scene_of(KEPT)).kept
-    assert motion.kept == {kept: pytest.approx(4.0)}
+    (kept,) = motion.timeline.stored_values or arrange(scene_of(KEPT)).stored_values
+    assert motion.stored_values == {kept: pytest.approx(4.0)}
     poses = motion.poses_at([Fraction(1), Fraction(3, 2), Fraction(3)])
     np.testing.assert_allclose(poses.variables["y"], 4 * np.array([0, 0.5, 2]) + 2)
     timeline = arrange(scene_of(KEPT))
     segment = timeline.segments[1]
-    assert with_kept(timeline.segments[0], {}) is timeline.segments[0]
+    assert with_stored_values(timeline.segments[0], {}) is timeline.segments[0]
     with pytest.raises(KeyError):
-        with_kept(segment, {})
-    placed = with_kept(segment, {kept: 11.0})
+        with_stored_values(segment, {})
+    placed = with_stored_values(segment, {kept: 11.0})
     values = [c.right[0] for c in placed.active if c.key.startswith("y")]
-    assert not any(isinstance(p, Kept) for c in placed.active for p in symbols(*c.left, *c.right))
+    assert not any(isinstance(p, StoredValue) for c in placed.active for p in symbols(*c.left, *c.right))
     assert any(node.value == 11.0 for value in values for node in walk(value))
     (plain,) = timeline.claims
     reading = replace(plain, claim=replace(plain.claim, right=(symbol(kept),)))
-    assert claims_with_kept((plain, reading), {}) == (plain,)
-    plain, claim = claims_with_kept((plain, reading), {kept: 11.0})
+    assert claims_with_stored_values((plain, reading), {}) == (plain,)
+    plain, claim = claims_with_stored_values((plain, reading), {kept: 11.0})
     assert claim.claim.right[0].value == 11.0
-    assert not any(isinstance(p, Kept) for p in symbols(*claim.claim.left, *claim.claim.right))
+    assert not any(isinstance(p, StoredValue) for p in symbols(*claim.claim.left, *claim.claim.right))
 
 
 def test_kept_values_come_one_after_the_other():
     timeline = arrange(scene_of(KEPT))
-    (first,) = timeline.kept
-    second = Kept(add(symbol(first), symbol(VariableComponent("x", None))), Fraction(5))
-    values = KeptValues(replace(timeline, kept=(first, second)))
-    assert [values.awaited(Fraction(t)) for t in (0, 1, 9)] == [False, True, True]
-    values.note(Snapshot((BodyPose(),), {VariableComponent("x", None): 4.0}), Fraction(1))
+    (first,) = timeline.stored_values
+    second = StoredValue(add(symbol(first), symbol(VariableComponent("x", None))), Fraction(5))
+    values = StoredValues(replace(timeline, stored_values=(first, second)))
+    assert [values.is_due(Fraction(t)) for t in (0, 1, 9)] == [False, True, True]
+    values.record(Snapshot((BodyPose(),), {VariableComponent("x", None): 4.0}), Fraction(1))
     assert values.values == {first: 4.0}
-    assert [values.awaited(Fraction(t)) for t in (1, 5)] == [False, True]
-    values.note(Snapshot((BodyPose(),), {VariableComponent("x", None): 0.5}), Fraction(5))
+    assert [values.is_due(Fraction(t)) for t in (1, 5)] == [False, True]
+    values.record(Snapshot((BodyPose(),), {VariableComponent("x", None): 0.5}), Fraction(5))
     assert values.values == {first: 4.0, second: 4.5}
-    assert not values.awaited(Fraction(9))
+    assert not values.is_due(Fraction(9))
 
 
 def test_the_first_value_is_that_of_the_first_path():
@@ -277,7 +283,7 @@ def test_an_edit_touches_the_connected_parts(data):
     graph.add_nodes_from(range(count))
     old, new = ([1.0 + (k in some) for k in range(count)] for some in (set(), edited))
     one, other = (arrange(scene_of(chain_script(count, links, some))) for some in (old, new))
-    found = touched((one.scene, one.segments[0]), (other.scene, other.segments[0]))
+    found = edited_part((one.scene, one.segments[0]), (other.scene, other.segments[0]))
     assert found is not None
     dirty = set().union(*(nx.node_connected_component(graph, k) for k in edited)) if edited else set()
     number = {thing.name: thing.number for thing in other.scene.things}
@@ -286,7 +292,7 @@ def test_an_edit_touches_the_connected_parts(data):
     assert mentioned == exact
     assert len([c for c in found.active if "angle" in c.key]) == len(dirty)
     for start in range(count):
-        kept, things = connected(other.scene, other.segments, [number[f"B{start}"]])
+        kept, things = connected_parts_of(other.scene, other.segments, [number[f"B{start}"]])
         part = {f"B{k}" for k in nx.node_connected_component(graph, start)}
         assert {thing.name for thing in things} == part
         assert len(kept[0].active) == 3 * len(part)
@@ -298,7 +304,7 @@ def test_edits_of_the_drawing_and_of_what_is_gone_touch_too():
 
     def names(after_text: str) -> set[str] | None:
         after = arrange(scene_of(after_text))
-        found = touched((before.scene, before.segments[0]), (after.scene, after.segments[0]))
+        found = edited_part((before.scene, before.segments[0]), (after.scene, after.segments[0]))
         return None if found is None else {c.key.split(".")[0] for c in found.active if "." in c.key}
 
     assert names(text) == set()
@@ -310,7 +316,7 @@ def test_edits_of_the_drawing_and_of_what_is_gone_touch_too():
     pushing = text.replace("a2 = 1;", "a2 = 1; B1.Q.x < 90 .pushes;")
     assert names(pushing) is None  # it may push anything
     scene = scene_of(pushing)
-    assert connected(scene, arrange(scene).segments, [0]) is None
+    assert connected_parts_of(scene, arrange(scene).segments, [0]) is None
 
 
 # --- a pose at once
@@ -326,17 +332,17 @@ def test_a_glimpse_of_an_edited_script_is_its_pose(time):
     """x = a cos t + sqrt(100² - a² sin² t), seen from the pose of another a."""
     shown = motion_of(SLIDER.format(a=40, more=""))
     after = arrange(scene_of(SLIDER.format(a=30, more="")))
-    near = renumbered(shown_at(shown, time), shown.timeline.scene, after.scene)
+    near = carried_to_scene(pose_at_rest(shown, time), shown.timeline.scene, after.scene)
     for known in (None, shown):
-        poses = glimpse(after, time, near, plans_of_this_process(after.scene), known)
+        poses = preview_pose(after, time, near, process_plan_cache(after.scene), known)
         assert poses is not None
         angle = math.radians(40 * float(time))
         x = 30 * math.cos(angle) + math.sqrt(100**2 - (30 * math.sin(angle)) ** 2)
         assert poses.variables["x"][0] == pytest.approx(x, rel=1e-12)
     impossible = arrange(scene_of(SLIDER.format(a=30, more="x = 500;")))
-    assert glimpse(impossible, time, near, plans_of_this_process(impossible.scene)) is None
+    assert preview_pose(impossible, time, near, process_plan_cache(impossible.scene)) is None
     other_side = arrange(scene_of(SLIDER.format(a=30, more="").replace("x > 0", "x < 0")))
-    poses = glimpse(other_side, time, near, plans_of_this_process(other_side.scene))
+    poses = preview_pose(other_side, time, near, process_plan_cache(other_side.scene))
     assert poses is not None
     assert poses.variables["x"][0] < 0.0
 
@@ -347,8 +353,8 @@ def test_a_glimpse_solves_only_what_an_edit_touches():
     )
     shown = motion_of(text)
     after = arrange(scene_of(text.replace("40*.t", "60*.t")))
-    near = renumbered(shown_at(shown, Fraction(1)), shown.timeline.scene, after.scene)
-    poses = glimpse(after, Fraction(1), near, plans_of_this_process(after.scene), shown)
+    near = carried_to_scene(pose_at_rest(shown, Fraction(1)), shown.timeline.scene, after.scene)
+    poses = preview_pose(after, Fraction(1), near, process_plan_cache(after.scene), shown)
     assert poses is not None
     assert not any(rows.any() for rows in poses.missing.values())  # `u` is stated, although it is not solved again
     assert poses.variables["u"].tolist() == [5.0]
@@ -359,25 +365,25 @@ def test_a_glimpse_solves_only_what_an_edit_touches():
 def test_a_glimpse_uses_the_values_that_are_kept():
     timeline = arrange(scene_of(KEPT))
     motion = motion_of(KEPT)
-    near, known = shown_at(motion, Fraction(2)), plans_of_this_process(timeline.scene)
-    for shown, kept in ((motion, None), (None, {timeline.kept[0]: 4.0})):
-        poses = glimpse(timeline, Fraction(2), near, known, shown, kept)
+    near, known = pose_at_rest(motion, Fraction(2)), process_plan_cache(timeline.scene)
+    for shown, kept in ((motion, None), (None, {timeline.stored_values[0]: 4.0})):
+        poses = preview_pose(timeline, Fraction(2), near, known, shown, kept)
         assert poses is not None
         assert poses.variables["y"].tolist() == pytest.approx([6.0])
-    assert glimpse(timeline, Fraction(2), near, known) is None  # that has to be awaited
+    assert preview_pose(timeline, Fraction(2), near, known) is None  # that has to be awaited
 
 
 def test_where_nothing_is_solved_the_last_pose_is_on_show():
     motion = motion_of(SLIDER.format(a=40, more="x = 500;"))
-    assert isinstance(motion.segments[0].pieces[0], Unsolved)
-    carry = shown_at(motion, Fraction(1))
+    assert isinstance(motion.segments[0].pieces[0], UnsolvedInterval)
+    carry = pose_at_rest(motion, Fraction(1))
     assert carry.now.things == motion.segments[0].base.now.things
 
 
 def test_a_pose_on_show_is_at_rest_and_clipped_to_the_film():
     motion = motion_of(ORBIT.format(more=""))
     for time, at in ((Fraction(-5), 0.0), (Fraction(1), 1.0), (Fraction(9), 2.0)):
-        carry = shown_at(motion, time)
+        carry = pose_at_rest(motion, time)
         assert carry.before is None
         assert carry.now.things[0].x == pytest.approx(100 + 3 * at * at)
     found = anchor(motion, motion.poses_at([Fraction(1)]), "Arm.Q")[0]
@@ -397,12 +403,12 @@ def test_things_are_the_same_by_their_names():
         frozenset({0, 2}),
     )
     for order, scene in scenes.items():
-        found = renumbered(Carry(now), whole, scene).now
+        found = carried_to_scene(PoseState(now), whole, scene).now
         assert [pose.x for pose in found.things] == [float(k) for k in order]
         assert found.known == {order.index(k) for k in (0, 2) if k in order}
         exact = {ThingProperty(order.index(2), "opacity"): 0.5, VariableComponent("x", None): 1.0}
         if 1 in order:
             exact[ThingProperty(order.index(1), "red")] = 7.0
         assert found.others == exact
-    back = renumbered(Carry(Snapshot((posed(5j, 3.0), posed(6j, 4.0)))), scenes[1, 2], whole).now
+    back = carried_to_scene(PoseState(Snapshot((posed(5j, 3.0), posed(6j, 4.0)))), scenes[1, 2], whole).now
     assert [pose.y for pose in back.things] == [0.0, 5.0, 6.0, 0.0]  # new ones are as drawn
