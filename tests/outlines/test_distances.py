@@ -156,7 +156,7 @@ def test_teeth_are_drawn_with_few_corners_that_are_on_them():
     at = teeth.points(own.places)
     assert at == pytest.approx(own.facets.points, abs=1e-9)
     assert len(own.places) <= 13 * 8 * 4
-    exact = shapely.Polygon(teeth.drawn)
+    exact = shapely.Polygon(teeth.polyline)
     assert shapely.Polygon(own.facets.points).symmetric_difference(exact).area < 0.01 * exact.area
     x, y = own.facets.points.T
     turned = placed(own.facets.points, pose(0.0, 0.0, 2.0 * math.pi / 13.0))
@@ -349,7 +349,7 @@ def test_the_least_of_all_candidates_that_hold_is_the_distance(first, second, sc
     found = places.touch(poses)
     for k in range(6):
         one, other = (shapely.Polygon(placed(ring, poses[:, k, n])) for n, ring in enumerate(rings))
-        good = found.there(1e-9 * scale)[k] & (found.value[k] > 0.0)
+        good = found.is_near(1e-9 * scale)[k] & (found.value[k] > 0.0)
         value = np.where(good, found.value[k], np.inf)
         best = int(np.argmin(value))
         assert value[best] == pytest.approx(one.distance(other), abs=1e-4 * scale)
@@ -383,7 +383,7 @@ def test_a_curve_in_a_bowl_is_as_far_from_it_as_circles_say():
     for k in range(8):
         far = placed(points, poses[:, k, 1])
         truth = 2.0 - np.hypot(*far.T).max()
-        good = found.there(1e-9)[k]
+        good = found.is_near(1e-9)[k]
         best = int(np.argmin(np.where(good, found.value[k], np.inf)))
         assert found.value[k, best] == pytest.approx(truth, abs=1e-6)
         farthest = far[np.argmax(np.hypot(*far.T))]

@@ -108,7 +108,7 @@ def test_a_convex_outline_on_a_round_way_cuts_a_parallel_curve(scale):
 
 
 def test_a_reach_counts_as_an_outline_that_is_larger():
-    runs, _ = envelope(ellipse(2.0, 1.0).but(reach=0.5), WHOLE, round_course(3.0))
+    runs, _ = envelope(ellipse(2.0, 1.0).changed(reach=0.5), WHOLE, round_course(3.0))
     plain, _ = envelope(ellipse(2.0, 1.0), WHOLE, round_course(3.5))
     one, other = (max(each, key=lambda run: float(np.hypot(*run.points.T).max())) for each in (runs, plain))
     line = shapely.LinearRing(other.points)

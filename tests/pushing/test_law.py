@@ -95,17 +95,19 @@ def test_what_is_pushed_moves_least(seed, scale):
     assert found.v is not None
     assert truth is not None
     assert found.v / scale == pytest.approx(truth, abs=2e-5 * max(1.0, float(np.abs(truth).max())))
-    assert found.sure
+    assert found.is_certain
     # the inequalities that hold it are those that say nothing more: with these as equations it is the same
-    assert velocity_with_active(now, found.holds) == pytest.approx(found.v, rel=1e-9, abs=1e-9 * scale)
-    assert opening_rates(now, found.v) == pytest.approx(found.opening, rel=1e-9, abs=1e-9 * scale)
-    assert (found.opening >= -found.tolerance).all()
-    assert np.abs(found.opening[found.holds]).max(initial=0.0) <= 1e-9 * scale
+    assert velocity_with_active(now, found.active) == pytest.approx(found.v, rel=1e-9, abs=1e-9 * scale)
+    assert opening_rates(now, found.v) == pytest.approx(found.opening_rates, rel=1e-9, abs=1e-9 * scale)
+    assert (found.opening_rates >= -found.tolerance).all()
+    assert np.abs(found.opening_rates[found.active]).max(initial=0.0) <= 1e-9 * scale
     white = now.metric.whitening[0]
     lengths = np.linalg.norm(now.pushes @ white, axis=1)
-    assert found.opening == pytest.approx((now.pushes @ found.v - now.least) / lengths, rel=1e-9, abs=1e-12 * scale)
+    assert found.opening_rates == pytest.approx(
+        (now.pushes @ found.v - now.least) / lengths, rel=1e-9, abs=1e-12 * scale
+    )
     # whatever is guessed to hold it
-    for guess in (np.arange(len(now.least)), found.holds, np.zeros(1, dtype=np.intp)):
+    for guess in (np.arange(len(now.least)), found.active, np.zeros(1, dtype=np.intp)):
         again = pushed_velocity(now, guess.astype(np.intp))
         assert again.v == pytest.approx(found.v, rel=1e-7, abs=1e-8 * scale)
 
@@ -141,10 +143,10 @@ def test_what_contradicts_each_other_jams_and_what_is_left_out_does_not():
     now = PushedInstant(metric, np.zeros((0, 2)), np.zeros(0), None, (), pushes, np.array([1.0, 0.5, -3.0]))
     jam = pushed_velocity(now)
     assert jam.v is None
-    assert jam.holds.tolist() == [0, 1]
+    assert jam.active.tolist() == [0, 1]
     free = pushed_velocity(now.without([1]))
     assert free.v is not None
-    assert free.holds.tolist() == [0]
+    assert free.active.tolist() == [0]
     assert free.v[0] == pytest.approx(1.0)
     dense = metric.dense  # the other unknown goes with it as the metric says
     assert free.v[1] == pytest.approx(-dense[0, 1] / dense[1, 1])
@@ -160,7 +162,7 @@ def test_what_contradicts_each_other_jams_and_what_is_left_out_does_not():
     # what an equation forbids
     fixed = PushedInstant(metric, np.array([[1.0, 0.0]]), np.array([0.0]), None, (), pushes[:1], np.array([1.0]))
     assert pushed_velocity(fixed).v is None
-    assert pushed_velocity(fixed).holds.tolist() == [0]
+    assert pushed_velocity(fixed).active.tolist() == [0]
 
 
 def test_small_helpers_of_the_law():
@@ -187,7 +189,7 @@ def test_many_instants_are_each_as_one_and_contacts_press_where_they_hold(seed, 
         *(np.stack([getattr(now, name) for now in each]) for name in ("pushes", "least")), 0.0,
         *(random.normal(size=(2, len(first.least))) for _ in range(3)),
     )  # fmt: skip
-    which = pushed_velocity(each[0]).holds
+    which = pushed_velocity(each[0]).active
     found = velocities_with_active(many, which)
     assert found is not None
     v, projection = found

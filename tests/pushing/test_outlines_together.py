@@ -82,7 +82,7 @@ def test_whole_gaps_and_near_parts_are_as_far_apart_as_shapely_says(made, seed):
                 assert all(drawn[gap.first.thing].distance(drawn[gap.second.thing]) > within for gap in made.rows.gaps)
                 continue
             touch = bodies.places(pairs).touch(poses[:, None])
-            good = touch.there(1e-9)[0]
+            good = touch.is_near(1e-9)[0]
             for g, gap in enumerate(made.rows.gaps):
                 truth = drawn[gap.first.thing].distance(drawn[gap.second.thing])
                 own = np.where(good & (pairs.gap == g) & (touch.value[0] > 0.0), touch.value[0], np.inf)

@@ -399,13 +399,13 @@ def test_velocities_of_a_point_on_a_moving_circle(t):
 def test_instants_around_stay_on_the_path(tau, ends):
     (x,) = unknowns(1)
     local = local_of(newton_block([less(x, TIME)], (0,)), delta=0.1, low=0.0, high=10.0)
-    problem, span = local.around(tau)
+    problem, span = local.problem_around(tau)
     here, later, earlier = problem.clocks[0].tolist()
     assert (here, earlier, later) == pytest.approx((tau, *ends), abs=1e-12)
     assert span == pytest.approx(later - earlier)
     many, spans = local.prepare(np.array([tau, 3.0]))
     assert many.clocks[0].tolist() == pytest.approx([tau, 3.0, later, 3.1, earlier, 2.9])
-    again, span = local.around(3.0)
+    again, span = local.problem_around(3.0)
     assert again.clocks[0].tolist() == pytest.approx([3.0, 3.1, 2.9])
     assert span == spans[1]
     assert local.at(3.0).clocks[0].tolist() == [3.0]

@@ -64,11 +64,11 @@ def test_the_least_velocity_is_stationary(seed, size, large):
         rtol=1e-12,
     )
     exact = stationary(metric, rows / size, want / size, pull)
-    np.testing.assert_allclose(tangent.least(want, pull), exact, rtol=0.0, atol=ROUGH if large else 1e-10)
+    np.testing.assert_allclose(tangent.least_velocity(want, pull), exact, rtol=0.0, atol=ROUGH if large else 1e-10)
     exact = stationary(metric, rows / size, want / size, 0.0 * pull)
-    np.testing.assert_allclose(tangent.least(want), exact, rtol=0.0, atol=ROUGH if large else 1e-10)
+    np.testing.assert_allclose(tangent.least_velocity(want), exact, rtol=0.0, atol=ROUGH if large else 1e-10)
     np.testing.assert_allclose(tangent.corrected(want), -exact, rtol=0.0, atol=ROUGH if large else 1e-10)
-    np.testing.assert_allclose(rows @ tangent.least(want, pull), want, rtol=1e-9, atol=1e-11 * size)
+    np.testing.assert_allclose(rows @ tangent.least_velocity(want, pull), want, rtol=1e-9, atol=1e-11 * size)
 
 
 @BOTH
@@ -78,7 +78,7 @@ def test_a_repeated_row_changes_nothing(large):
     twice = np.concatenate([rows, 7.0 * rows[:1]])
     want, pull = rng.normal(size=2), rng.normal(size=5)
     block = free_block(linear_rows(twice, np.zeros(3)), range(5), metric, large=large)
-    found = tangent_at(problem_at(block), np.zeros(5)).least(np.append(want, 7.0 * want[0]), pull)
+    found = tangent_at(problem_at(block), np.zeros(5)).least_velocity(np.append(want, 7.0 * want[0]), pull)
     np.testing.assert_allclose(found, stationary(metric, rows, want, pull), rtol=0.0, atol=ROUGH)
 
 
@@ -88,7 +88,7 @@ def test_toward_adds_the_least_motion_that_brings_the_errors(seed, large):
     """Undamped: of all motions that the rows allow the one of least size that changes the errors as wanted."""
     tangent, metric, rows = tangent_of(seed + 20, large)
     rng = np.random.default_rng(seed)
-    v = tangent.least(rng.normal(size=len(rows)))
+    v = tangent.least_velocity(rng.normal(size=len(rows)))
     slopes, want = rng.normal(size=(1, len(v))), rng.normal(size=1)
     found = tangent.toward(v, slopes, want, Damping(weak=1e-9))
     added = stationary(
@@ -276,7 +276,7 @@ def test_what_is_singular_or_not_finite_has_no_step():
     assert factorize(csc_matrix(np.zeros((2, 2)))) is None
     x, y = unknowns(2)
     block = free_block([less(times(x, y), 1.0)], range(2), np.eye(2), large=True)
-    assert np.isnan(saddle_point(problem_at(block), np.array([np.nan, 1.0])).least(np.ones(1))).all()
+    assert np.isnan(saddle_point(problem_at(block), np.array([np.nan, 1.0])).least_velocity(np.ones(1))).all()
     program = QuadraticProgram(problem_at(block), np.ones(2))
     program.weigh(block.metric, 1.0, np.array([np.nan, 0.0]))
     assert np.isnan(program.step()).all()

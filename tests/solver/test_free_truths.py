@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from movimentum.expressions import call
-from movimentum.planning.blocks.kinds import Velocity, WishRows
+from movimentum.planning.blocks.base import WishRows
+from movimentum.planning.blocks.kinds import Velocity
 from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.lowering.body_frames import BodyFrame
 from movimentum.planning.lowering.calculus import slopes_of

@@ -294,7 +294,7 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     sides = [side for constraint in stated for side in (*constraint.left, *constraint.right)]
     (place,) = {node for node in walk(*sides) if counts_rounds(node)}
     unit = place.payload.outline.period
-    node = Expr(place.op, place.args, place.payload.plain.counted(2.0 * unit))
+    node = Expr(place.op, place.args, place.payload.uncounted.counting_rounds(2.0 * unit))
     once = reader(scene, [visible_value(node)])
     rounds = count_rounds(motion, node, lambda poses: once(poses)[0])
     poses = motion.poses(0, motion.timeline.frame_count)
@@ -303,7 +303,7 @@ def test_rounds_are_counted_along_the_motion(speed, more):
     assert found[0] == pytest.approx(0.0 if more else 2.0 * unit, abs=1e-9)  # from where it is drawn on
     apart = rounds.values(motion, motion.poses_at([Fraction(3, 10), Fraction(17, 10)]))
     assert apart[1] - apart[0] == pytest.approx(unit * speed / 360 * 1.4, abs=1e-9)
-    unknown_start = Expr(place.op, place.args, place.payload.plain.counted())
+    unknown_start = Expr(place.op, place.args, place.payload.uncounted.counting_rounds())
     if not more:  # of what is drawn nowhere, only what is seen is known
         apart = count_rounds(motion, unknown_start, lambda poses: once(poses)[0]).values(motion, poses)
         np.testing.assert_allclose(apart, once(poses)[0])
@@ -323,7 +323,7 @@ def test_shares_of_an_outline_with_corners_are_counted(speed):
     }
     once = reader(motion.timeline.scene, [visible_value(node)])
     poses = motion.poses(0, motion.timeline.frame_count)
-    node = Expr(node.op, node.args, node.payload.shared().counted(0.0).shared())
+    node = Expr(node.op, node.args, node.payload.shared().counting_rounds(0.0).shared())
     found = count_rounds(motion, node, lambda some: once(some)[0]).values(motion, poses)
     np.testing.assert_allclose(found, speed * poses.times, atol=1e-9)
 

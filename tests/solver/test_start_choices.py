@@ -60,13 +60,13 @@ def judged(statements: str, name: str = "x") -> tuple[EarlyChecks, int, int]:
 def test_inequalities_are_judged_now_and_a_little_later(sign, now, later, good):
     judgements, x, block = judged(f"x = .t; x {sign} 2;")
     judgements.state[x] = np.array([now, later], dtype=np.float64)
-    refused = judgements.refused(block)
+    refused = judgements.rejection(block)
     assert (refused is None) is good
     assert judgements.decisive == (set() if good else {0})
     if refused is not None and math.isfinite(now):
         assert refused.amount == pytest.approx(2 - now if "<" in sign else now - 2)
-        assert judgements.read_by(refused) == {x}
-    assert judgements.refused(-1) is None
+        assert judgements.unknowns_of(refused) == {x}
+    assert judgements.rejection(-1) is None
 
 
 def test_what_is_just_met_is_met():
@@ -74,7 +74,7 @@ def test_what_is_just_met_is_met():
     size = judgements.plan.size
     for off, good in ((-0.5, True), (-2.0, False)):
         judgements.state[x] = np.array([2 + off * INEQUALITY_MET * size, 3.0])
-        assert (judgements.refused(block) is None) is good
+        assert (judgements.rejection(block) is None) is good
 
 
 def test_redundant_equations_and_wishes_are_judged():
@@ -83,15 +83,15 @@ def test_redundant_equations_and_wishes_are_judged():
     y = unknown(plan, "y")
     judgements.state[x], judgements.state[y] = np.array([3.0, 3.0]), np.array([4.0, 4.0])
     (last,) = {owner for n, owner in judgements.owner.items() if n == y}
-    total = sum(judgements.wished(number) for number in {block, last})
+    total = sum(judgements.wish_cost(number) for number in {block, last})
     assert total == pytest.approx(((7 - 13) ** 2 + (3 - 5) ** 2) / plan.size**2)
     assert any(judgements.has_wishes(number) for number in (block, last))
     if plan.checks:
         for value, good in ((3.0, True), (3.0 + 1e-10, True), (3.001, False), (math.inf, False)):
             judgements.state[x] = np.array([value, value])
-            refused = judgements.refused(block)
+            refused = judgements.rejection(block)
             assert (refused is None) is good
-            assert refused is None or (refused.check is not None and judgements.read_by(refused) == {x})
+            assert refused is None or (refused.check is not None and judgements.unknowns_of(refused) == {x})
 
 
 # --- candidates
@@ -239,9 +239,9 @@ def test_a_search_tells_what_was_turned_down():
     plan, found = chosen(ROOTS + "a + b + c = 99;")
     assert found.choices is None
     assert {r.amount < 0 or r.check is not None for r in found.rejections} == {True}
-    assert found.turned_down
+    assert found.rejected_states
     assert found.tried > 0
-    for item in found.turned_down:
+    for item in found.rejected_states:
         a, b, c = (item.values[unknown(plan, name)] for name in "abc")
         met = [
             abs(a) == pytest.approx(2),
@@ -256,7 +256,7 @@ def test_a_search_tells_what_was_turned_down():
     asked = []
     _, found = chosen(ROOTS + "a + b + c = 99;", doubt=lambda some: asked.append(len(some)) or "never")
     assert found.contradiction == "never"
-    assert asked == [len(found.turned_down)]
+    assert asked == [len(found.rejected_states)]
 
 
 FOUR_BAR = """.config(10);
@@ -318,10 +318,10 @@ def test_only_some_poses_are_remembered():
     )
     for k in range(100):
         search._remember([Rejection(1.0, check=k % 30), Rejection(1.0, selector=3)])
-    assert len(search.turned_down) == KEPT_POSES
-    search.turned_down.clear()
+    assert len(search.rejected_states) == KEPT_POSES
+    search.rejected_states.clear()
     search._remember([Rejection(1.0, check=1)] * 50)
-    assert len(search.turned_down) == KEPT_POSES_EACH
+    assert len(search.rejected_states) == KEPT_POSES_EACH
     assert search.begin == 0
 
 

@@ -228,9 +228,9 @@ def test_whether_a_part_meets_its_rows_somewhere(seed):
     turn, middle = cmath.exp(1j * math.radians(degrees)), complex(*plan.system.shift)
     way = place + (turn - 1) * middle  # a pose is measured from there
     lie = RigidMotion(math.radians(degrees), way.real, way.imag)
-    assert fit.meets(lie)
-    assert not fit.meets(replace(lie, x=lie.x + 0.01))
-    assert not fit.meets(replace(lie, turn=lie.turn + 0.001))
+    assert fit.is_met_by(lie)
+    assert not fit.is_met_by(replace(lie, x=lie.x + 0.01))
+    assert not fit.is_met_by(replace(lie, turn=lie.turn + 0.001))
     found = fit.best()
     assert found is not None
     assert math.remainder(found.turn - lie.turn, 2 * math.pi) == pytest.approx(0.0, abs=1e-7)

@@ -383,9 +383,7 @@ class StartSearch:
             if rejection.selector is not None or same >= KEPT_POSES_EACH or len(self.rejected_states) >= KEPT_POSES:
                 continue
             hidden = {n for number in unknown for n in self.plan.blocks[number].unknowns}
-            values = tuple(
-                None if value is None or n in hidden else first_of(value) for n, value in enumerate(self.state)
-            )
+            values = tuple(None if v is None or n in hidden else first_of(v) for n, v in enumerate(self.state))
             self.rejected_states.append(RejectedState(rejection, values))
 
     def _complete_candidate(self, numbers: list[int], taken: list[BlockOption], wished: float) -> Candidate:
