@@ -161,7 +161,7 @@ BRANCH_SETTLED, BRANCH_SETTLED_AFAR = 1e-3, 1e-6
 """Of `BRANCH_MET`, and of the distance from the singular pose: a last step below their sum has settled."""
 SECOND_RANK_LOST = 1e-6
 """Of the largest singular value: where the second smallest is less too, more than one rank is lost at a pose."""
-BRANCH_TOLD_BEFORE, BRANCH_TOLD_AFTER = 1e-6, 1e-9
+BRANCH_IDENTIFIED_BEFORE, BRANCH_IDENTIFIED_AFTER = 1e-6, 1e-9
 """Of the interval: how long before its end a path's pose tells which branch it is on, and how long after its beginning
 that can be determined where the two meet."""
 CLEAR_OF_FOLD, BARELY_REGULAR = 1e-5, 1e-7
@@ -479,7 +479,7 @@ CUT_TURNS = 0.3
 CUT_STRAIGHT = 1e-9
 """Of a sine: a corner of a tool's outline that turns by less is on a straight line."""
 
-OVERLAP_TOLD = 1e-6
+OVERLAP_REPORTED = 1e-6
 """Of the scene's size: outlines that touch at one place and overlap by less at another are said to touch at both."""
 GAP_TOUCHES = 1e-9
 """Of the scene's size: things that overlap by no more touch; equations hold to about 1e-13 of it. Also of the time: two

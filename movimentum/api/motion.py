@@ -348,7 +348,7 @@ class Motion:
         ...     motion.render(os.path.join(folder, "trammel.gif"), frames="0:5", scale=0.5, workers=1).frames
         5
         """
-        from movimentum.api.pictures import DrawingAsked, picture_of
+        from movimentum.api.pictures import DrawingRequest, picture_of
 
         motion = self._solved_with(fps, accuracy, strict, on_failure)
         picture = picture_of(
@@ -356,7 +356,7 @@ class Motion:
             trace=trace, show=show, background=background, quality=quality, loop=loop, transparent=transparent,
             lossy=lossy, text=text, workers=workers, max_pixels=max_pixels,
         )  # fmt: skip
-        asked = DrawingAsked(self.script.source, Path(os.fspath(path)), motion.choices, picture, motion.solution)
+        asked = DrawingRequest(self.script.source, Path(os.fspath(path)), motion.choices, picture, motion.solution)
         return asked.written(for_, show_it=open)
 
     def _solved_with(

@@ -75,7 +75,7 @@ def picture_of(
 
 
 @dataclass(frozen=True, slots=True)
-class DrawingAsked:
+class DrawingRequest:
     """A solved script that is to be drawn into a file."""
 
     source: SourceText

@@ -17,7 +17,7 @@ from movimentum.proving.tower import FreeParameter, NotAlgebraic, Root, Step, To
 from movimentum.records import dataclass, field
 from movimentum.tolerances import CLEAR_OF_ROUNDING, FILM_POSE
 
-SIGN_TOLD = 4
+SIGN_CERTAIN = 4
 """A root's sign is known where the film agrees with its size to a quarter."""
 
 DIGITS = BITS * 3 // 10 + 20
@@ -193,7 +193,7 @@ class TowerPoint:
                 lambda place: balls.ball(Fraction(film[place])) if place in film else self.value(place),
                 {},
             )
-            if abs(abs(middle) - size) * SIGN_TOLD > size:
+            if abs(abs(middle) - size) * SIGN_CERTAIN > size:
                 raise NoBall(step.where_it_meets)  # the film is too near to it
             sign = self.signs[step.place] = 1 if middle > 0 else -1
         return sign

@@ -19,13 +19,13 @@ from movimentum.records import dataclass
 from movimentum.source import SourceText
 from movimentum.studio.messages import (
     FileOpened,
-    LinkageWanted,
+    LinkageRequest,
     Notice,
     PictureDropped,
     PictureStored,
     RenameFollowed,
     SaveDone,
-    SaveWanted,
+    SaveRequest,
     TextOpened,
 )
 from movimentum.studio.security import OutsideFolder, inside, outside_files
@@ -204,7 +204,7 @@ class ScriptFile:
         add_recent(target)
         self._send(SaveDone("renamed", self._shown_name(target), self.known.version, self.known.text))
 
-    def save(self, wanted: SaveWanted) -> None:
+    def save(self, wanted: SaveRequest) -> None:
         """Write the script, unless its file is another one than the page knows."""
         try:
             target = self._target(wanted.name)
@@ -285,7 +285,7 @@ class ScriptFile:
             return
         self._send(PictureStored(target.name))
 
-    def save_linkage(self, wanted: LinkageWanted, choices: Choices) -> None:
+    def save_linkage(self, wanted: LinkageRequest, choices: Choices) -> None:
         """Write the scene as a linkage file."""
         source = SourceText(self.path, wanted.text)
         try:

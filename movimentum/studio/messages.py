@@ -9,21 +9,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from movimentum.studio.script_messages import AboutAsked as AboutAsked
-from movimentum.studio.script_messages import AboutTold as AboutTold
-from movimentum.studio.script_messages import FilesAsked as FilesAsked
+from movimentum.studio.script_messages import AboutReply as AboutReply
+from movimentum.studio.script_messages import AboutRequest as AboutRequest
 from movimentum.studio.script_messages import FilesListed as FilesListed
-from movimentum.studio.script_messages import FormatAsked as FormatAsked
-from movimentum.studio.script_messages import MeaningAsked as MeaningAsked
-from movimentum.studio.script_messages import MeaningTold as MeaningTold
-from movimentum.studio.script_messages import NamingAsked as NamingAsked
-from movimentum.studio.script_messages import NamingTold as NamingTold
+from movimentum.studio.script_messages import FilesRequest as FilesRequest
+from movimentum.studio.script_messages import FormatRequest as FormatRequest
+from movimentum.studio.script_messages import MeaningReply as MeaningReply
+from movimentum.studio.script_messages import MeaningRequest as MeaningRequest
+from movimentum.studio.script_messages import NamingReply as NamingReply
+from movimentum.studio.script_messages import NamingRequest as NamingRequest
 from movimentum.studio.script_messages import PictureDropped as PictureDropped
 from movimentum.studio.script_messages import PictureStored as PictureStored
-from movimentum.studio.script_messages import ProposalsAsked as ProposalsAsked
-from movimentum.studio.script_messages import ProposalsTold as ProposalsTold
-from movimentum.studio.script_messages import RenameAsked as RenameAsked
-from movimentum.studio.script_messages import StartAsked as StartAsked
+from movimentum.studio.script_messages import ProposalsReply as ProposalsReply
+from movimentum.studio.script_messages import ProposalsRequest as ProposalsRequest
+from movimentum.studio.script_messages import RenameRequest as RenameRequest
+from movimentum.studio.script_messages import StartRequest as StartRequest
 from movimentum.studio.sides import FromPage, Point2, ToPage
 
 
@@ -41,7 +41,7 @@ class WorkStopped(FromPage, kind="stop"):
     rev: int
 
 
-class OverlapsAsked(FromPage, kind="overlaps"):
+class OverlapsRequest(FromPage, kind="overlaps"):
     """Whether the page shows what overlaps, from now on; `OverlapsFound` answers for each text."""
 
     wanted: bool
@@ -92,7 +92,7 @@ class ToolUsed(FromPage, kind="tool"):
     time: float
 
 
-class NameAsked(FromPage, kind="ask"):
+class NameRequest(FromPage, kind="ask"):
     """A question about ``name``: ``why`` or ``formula``; or ``solutions``, with an empty name."""
 
     rev: int
@@ -101,28 +101,28 @@ class NameAsked(FromPage, kind="ask"):
     time: float
 
 
-class PlotAsked(FromPage, kind="plot"):
+class PlotRequest(FromPage, kind="plot"):
     """The values of an expression over the whole film."""
 
     rev: int
     expression: str
 
 
-class RatesAsked(FromPage, kind="rates"):
+class RatesRequest(FromPage, kind="rates"):
     """The velocities of all anchors, from frame ``first`` on."""
 
     rev: int
     first: int
 
 
-class StillAsked(FromPage, kind="still"):
+class StillRequest(FromPage, kind="still"):
     """The picture at ``time`` as an SVG, with what was dragged."""
 
     rev: int
     time: float
 
 
-class SaveWanted(FromPage, kind="save"):
+class SaveRequest(FromPage, kind="save"):
     """Write ``text`` to ``name`` (empty: the script's file). A file that is not version ``base`` is left alone unless
     ``force``.
     """
@@ -158,8 +158,8 @@ class ShotTaken(FromPage, kind="shot"):
     held: bool
 
 
-class RecordingWanted(FromPage, kind="recorded"):
-    """Render what was recorded to ``name``, as `RenderWanted`. ``at``: milliseconds to its end."""
+class RecordingRequest(FromPage, kind="recorded"):
+    """Render what was recorded to ``name``, as `RenderRequest`. ``at``: milliseconds to its end."""
 
     job: int
     name: str
@@ -173,7 +173,7 @@ class RenameFollowed(FromPage, kind="follow"):
     name: str
 
 
-class LinkageWanted(FromPage, kind="linkage"):
+class LinkageRequest(FromPage, kind="linkage"):
     """Write the scene at ``time`` to ``name`` as a linkage file."""
 
     text: str
@@ -181,7 +181,7 @@ class LinkageWanted(FromPage, kind="linkage"):
     time: float
 
 
-class RenderWanted(FromPage, kind="render"):
+class RenderRequest(FromPage, kind="render"):
     """Render ``text`` to ``name``, whose suffix is the format; ``at``: a still of that time."""
 
     job: int

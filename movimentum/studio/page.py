@@ -51,10 +51,10 @@ class Page:
             m.TimeLooked: dragging.look,
             m.PoseReset: dragging.leave,
             m.ToolUsed: partial(use, worker, dragging),
-            m.NameAsked: partial(answer, worker),
-            m.PlotAsked: partial(plot, worker),
-            m.RatesAsked: partial(rates, worker),
-            m.StillAsked: partial(still, worker, dragging),
+            m.NameRequest: partial(answer, worker),
+            m.PlotRequest: partial(plot, worker),
+            m.RatesRequest: partial(rates, worker),
+            m.StillRequest: partial(still, worker, dragging),
             m.RecordingBegun: recorder.begin,
             m.ShotTaken: recorder.shoot,
         }
@@ -116,7 +116,7 @@ class Page:
                 self._assistant.typed(message)
             case m.WorkStopped():
                 self._worker.stop(message)
-            case m.OverlapsAsked():
+            case m.OverlapsRequest():
                 self._worker.soon(lambda: self._worker.show_overlaps(message))
             case _:
                 self._take_file(message)
@@ -124,7 +124,7 @@ class Page:
     def _take_file(self, message: Any) -> None:
         files, worker = self._files, self._worker
         match message:
-            case m.SaveWanted():
+            case m.SaveRequest():
                 files.save(message)
                 worker.moved_to(files.path, files.folder)
             case m.FileOpened():
@@ -134,20 +134,20 @@ class Page:
             case m.RenameFollowed():
                 files.follow(message)
                 worker.moved_to(files.path, files.folder)
-            case m.LinkageWanted():
+            case m.LinkageRequest():
                 worker.soon(lambda: files.save_linkage(message, self._choices))
-            case m.RenderWanted():
+            case m.RenderRequest():
                 self._render(message.job, message.name, film_work(message, files.path, self._choices))
-            case m.RecordingWanted():
+            case m.RecordingRequest():
                 worker.soon(
                     lambda: self._render(message.job, message.name, recording_work(message, self._recorder.end()))
                 )
             case m.PictureDropped():
                 files.add_picture(message)
-            case m.StartAsked():
+            case m.StartRequest():
                 self._thumbnails.stop()
                 self._thumbnails = Thumbnails(self._lists(), self._send)
-            case m.FilesAsked():
+            case m.FilesRequest():
                 self._send(m.FilesListed(openable(files.folder)))
             case m.RenderCancelled():
                 if message.job in self._renderings:

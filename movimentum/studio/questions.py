@@ -33,13 +33,13 @@ from movimentum.studio.descriptions import frames_shown, some_pictures, why
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.messages import (
     Answered,
-    NameAsked,
-    PlotAsked,
+    NameRequest,
+    PlotRequest,
     Plotted,
-    RatesAsked,
+    RatesRequest,
     RatesSent,
-    StillAsked,
     StillMade,
+    StillRequest,
 )
 from movimentum.studio.worker import TextWork, Worker, exact_time
 from movimentum.workflow.inspector import Inspector
@@ -59,7 +59,7 @@ PATIENCE_S = 1.4
 """The time for finding a formula: the user waits two seconds in all."""
 
 
-def answer(worker: Worker, message: NameAsked) -> None:
+def answer(worker: Worker, message: NameRequest) -> None:
     """Answer a question of a page."""
     job = worker.known(message.rev)
     words, choices, film = "the motion is not known yet", list[dict[str, Any]](), None
@@ -118,7 +118,7 @@ def _solutions(inspector: Inspector) -> tuple[str, list[dict[str, Any]], dict[st
 # --- over the whole film ----------------------------------------------------------------------------------
 
 
-def plot(worker: Worker, message: PlotAsked) -> None:
+def plot(worker: Worker, message: PlotRequest) -> None:
     """The values of an expression over the film."""
     job = worker.known(message.rev)
     if job is None or not job.moved:
@@ -145,7 +145,7 @@ def _spread(motion: PathMotion) -> Poses:
     return motion.poses_at([timeline.frame_time(frame) for frame in chosen])
 
 
-def rates(worker: Worker, message: RatesAsked) -> None:
+def rates(worker: Worker, message: RatesRequest) -> None:
     """Answer with the velocities of all anchors in the frames asked for, not too many at a time."""
     from movimentum.solver.rates.rates import rates_at
 
@@ -165,7 +165,7 @@ def rates(worker: Worker, message: RatesAsked) -> None:
 # --- the picture ------------------------------------------------------------------------------------------
 
 
-def still(worker: Worker, dragging: Dragging, message: StillAsked) -> None:
+def still(worker: Worker, dragging: Dragging, message: StillRequest) -> None:
     """Answer with the picture on show as an SVG; without a hand in it, it is what ``run -o x.svg --at`` writes."""
     job = worker.known(message.rev)
     if job is None or not job.moved:
@@ -207,12 +207,12 @@ class Assistant:
         self._project = Project(self._read)
         self._waiting: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._answers: dict[type, Callable[[Any], None]] = {
-            m.ProposalsAsked: self._complete,
-            m.AboutAsked: self._explain,
-            m.MeaningAsked: self._mean,
-            m.NamingAsked: self._name,
-            m.RenameAsked: self._rename,
-            m.FormatAsked: self._format,
+            m.ProposalsRequest: self._complete,
+            m.AboutRequest: self._explain,
+            m.MeaningRequest: self._mean,
+            m.NamingRequest: self._name,
+            m.RenameRequest: self._rename,
+            m.FormatRequest: self._format,
         }
         self._thread = Thread(target=self._work, name="studio-assistant", daemon=True)
         self._thread.start()
@@ -286,7 +286,7 @@ class Assistant:
             self._follow()
             answer(message)
 
-    def _complete(self, asked: m.ProposalsAsked) -> None:
+    def _complete(self, asked: m.ProposalsRequest) -> None:
         found = completion.proposals(self._project, self._path, asked.place, self._names)[:MOST_PROPOSALS]
         span = found[0].span if found else None
         data = [
@@ -295,31 +295,31 @@ class Assistant:
             if each.span == span
         ]
         place = (asked.place, asked.place) if span is None else (span.start, span.end)
-        self._send(m.ProposalsTold(asked.rev, asked.place, place, data))
+        self._send(m.ProposalsReply(asked.rev, asked.place, place, data))
 
-    def _explain(self, asked: m.AboutAsked) -> None:
+    def _explain(self, asked: m.AboutRequest) -> None:
         found = about.about(self._project, self._path, asked.place, self._worker.facts)
         if found is None:
-            self._send(m.AboutTold(asked.rev, asked.place, (asked.place, asked.place), "", []))
+            self._send(m.AboutReply(asked.rev, asked.place, (asked.place, asked.place), "", []))
             return
         span = (found.span.start, found.span.end)
-        self._send(m.AboutTold(asked.rev, asked.place, span, found.written, list(found.paragraphs)))
+        self._send(m.AboutReply(asked.rev, asked.place, span, found.written, list(found.paragraphs)))
 
-    def _mean(self, asked: m.MeaningAsked) -> None:
+    def _mean(self, asked: m.MeaningRequest) -> None:
         text = "\n\n\n".join(each.text for each in messages.find(asked.code))
-        self._send(m.MeaningTold(asked.rev, asked.code, text or "Nothing is written about this code."))
+        self._send(m.MeaningReply(asked.rev, asked.code, text or "Nothing is written about this code."))
 
-    def _name(self, asked: m.NamingAsked) -> None:
+    def _name(self, asked: m.NamingRequest) -> None:
         use = about.renamable(self._project, self._path, asked.place)
         if use is None or use.symbol is None:
             words = "There is no name here: move the cursor to the name of a thing, an anchor or a value."
-            self._send(m.NamingTold(asked.rev, asked.place, "", [], words))
+            self._send(m.NamingReply(asked.rev, asked.place, "", [], words))
             return
         uses = [each.piece for each in self._project.all_uses(use.symbol) if each.path == self._path]
         spans = [(piece.start, piece.end) for piece in uses]
-        self._send(m.NamingTold(asked.rev, asked.place, use.symbol.name, spans))
+        self._send(m.NamingReply(asked.rev, asked.place, use.symbol.name, spans))
 
-    def _rename(self, asked: m.RenameAsked) -> None:
+    def _rename(self, asked: m.RenameRequest) -> None:
         try:
             edits = dict(about.renamed(self._project, self._path, asked.place, asked.name))
         except MovimentumError as error:
@@ -333,7 +333,7 @@ class Assistant:
             return
         self._edit(asked.rev, here)
 
-    def _format(self, asked: m.FormatAsked) -> None:
+    def _format(self, asked: m.FormatRequest) -> None:
         source = SourceText(self._path, self._text)
         try:
             edits = line_edits(source.text, formatted(source))

@@ -26,9 +26,9 @@ from movimentum.source import SourceText
 from movimentum.studio.dragging import Dragging
 from movimentum.studio.messages import (
     RecordingBegun,
-    RecordingWanted,
+    RecordingRequest,
     RenderAdvanced,
-    RenderWanted,
+    RenderRequest,
     ShotTaken,
     ThumbnailMade,
 )
@@ -99,7 +99,7 @@ class Rendering:
         self._send(RenderAdvanced(self._job, state, done, total, self._name, words))
 
 
-def film_work(wanted: RenderWanted, path: str, choices: Choices) -> Work:
+def film_work(wanted: RenderRequest, path: str, choices: Choices) -> Work:
     """Renders a script, which is read as ``path``."""
 
     def work(target: Path, progress: Progress) -> str:
@@ -116,7 +116,7 @@ def film_work(wanted: RenderWanted, path: str, choices: Choices) -> Work:
     return work
 
 
-def recording_work(wanted: RecordingWanted, shots: tuple[Shot, ...]) -> Work:
+def recording_work(wanted: RecordingRequest, shots: tuple[Shot, ...]) -> Work:
     """Renders what was recorded."""
 
     def work(target: Path, progress: Progress) -> str:

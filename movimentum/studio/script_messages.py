@@ -7,35 +7,35 @@ from typing import Any
 from movimentum.studio.sides import FromPage, ToPage
 
 
-class ProposalsAsked(FromPage, kind="complete"):
+class ProposalsRequest(FromPage, kind="complete"):
     """Asks what may be written at ``place``."""
 
     rev: int
     place: int
 
 
-class AboutAsked(FromPage, kind="about"):
+class AboutRequest(FromPage, kind="about"):
     """Asks what is at ``place``."""
 
     rev: int
     place: int
 
 
-class MeaningAsked(FromPage, kind="meaning"):
+class MeaningRequest(FromPage, kind="meaning"):
     """Asks what messages with this ``code`` mean."""
 
     rev: int
     code: str
 
 
-class NamingAsked(FromPage, kind="naming"):
+class NamingRequest(FromPage, kind="naming"):
     """Could what stands at ``place`` get another name?"""
 
     rev: int
     place: int
 
 
-class RenameAsked(FromPage, kind="rename"):
+class RenameRequest(FromPage, kind="rename"):
     """Give what stands at ``place`` the name ``name``; the answer is `TextEdited`."""
 
     rev: int
@@ -43,13 +43,13 @@ class RenameAsked(FromPage, kind="rename"):
     name: str
 
 
-class FormatAsked(FromPage, kind="format"):
+class FormatRequest(FromPage, kind="format"):
     """Lay out the script; the answer is `TextEdited`."""
 
     rev: int
 
 
-class ProposalsTold(ToPage, kind="proposals"):
+class ProposalsReply(ToPage, kind="proposals"):
     """Proposals for the text in ``span`` at ``place``, the best first: each with ``label``, ``what`` (its
     kind, see `movimentum.editing.completion`), ``text``, ``detail`` and ``help``.
     """
@@ -60,7 +60,7 @@ class ProposalsTold(ToPage, kind="proposals"):
     proposals: list[dict[str, Any]]
 
 
-class MeaningTold(ToPage, kind="meant"):
+class MeaningReply(ToPage, kind="meant"):
     """The meaning of messages with ``code``, and what to do, with examples (see `movimentum.messages`)."""
 
     rev: int
@@ -68,7 +68,7 @@ class MeaningTold(ToPage, kind="meant"):
     text: str
 
 
-class AboutTold(ToPage, kind="explained"):
+class AboutReply(ToPage, kind="explained"):
     """Information about ``span``: how it is ``written`` (empty: nothing is known), and ``paragraphs`` about it, with
     ``**bold**`` words, code in backquotes, and lists whose lines begin with ``- ``.
     """
@@ -80,7 +80,7 @@ class AboutTold(ToPage, kind="explained"):
     paragraphs: list[str]
 
 
-class NamingTold(ToPage, kind="named"):
+class NamingReply(ToPage, kind="named"):
     """The name at ``place``, and the ``spans`` where it stands; ``words``: why it cannot be changed."""
 
     rev: int
@@ -97,11 +97,11 @@ class PictureDropped(FromPage, kind="picture"):
     data: str
 
 
-class StartAsked(FromPage, kind="start"):
+class StartRequest(FromPage, kind="start"):
     """The page shows the list of scripts again, and wants their thumbnails."""
 
 
-class FilesAsked(FromPage, kind="files"):
+class FilesRequest(FromPage, kind="files"):
     """Which files of the folder can be opened?"""
 
 

@@ -29,8 +29,8 @@ from movimentum.studio.messages import (
     ClaimsChecked,
     FilmShown,
     Notice,
-    OverlapsAsked,
     OverlapsFound,
+    OverlapsRequest,
     PictureSame,
     StageDone,
     TextTyped,
@@ -134,7 +134,7 @@ class Worker:
         if job is not None and job.rev == message.rev:
             self.engine.revise(job.revision.source)
 
-    def show_overlaps(self, message: OverlapsAsked) -> None:
+    def show_overlaps(self, message: OverlapsRequest) -> None:
         """Look for what overlaps, also in the text on show; called in the page's thread."""
         self._overlaps = message.wanted
         job = self.job

@@ -62,7 +62,7 @@ def test_proposals_are_those_of_the_language_server(desk: Callable[..., Desk]) -
     found = desk(FOUR_BAR)
     project = Project(lambda _path: FOUR_BAR)
     for place in range(0, len(FOUR_BAR) + 1, 7):
-        told = found.ask(m.ProposalsAsked(1, place))
+        told = found.ask(m.ProposalsRequest(1, place))
         wanted = proposals(project, "drawn.mov", place)
         assert [(each["label"], each["text"]) for each in told.proposals] == [(e.label, e.text) for e in wanted], place
         assert all(told.span == (each.span.start, each.span.end) for each in wanted)
@@ -74,11 +74,11 @@ def test_no_prefix_of_a_script_breaks_an_answer(desk: Callable[..., Desk]) -> No
     for end in [*range(0, len(text), 11), len(text)]:
         found.type(text[:end])
         for message, kind in (
-            (m.ProposalsAsked(found.rev, end), m.ProposalsTold),
-            (m.AboutAsked(found.rev, end // 2), m.AboutTold),
-            (m.NamingAsked(found.rev, end), m.NamingTold),
-            (m.RenameAsked(found.rev, end, "Other"), m.TextEdited),
-            (m.FormatAsked(found.rev), m.TextEdited),
+            (m.ProposalsRequest(found.rev, end), m.ProposalsReply),
+            (m.AboutRequest(found.rev, end // 2), m.AboutReply),
+            (m.NamingRequest(found.rev, end), m.NamingReply),
+            (m.RenameRequest(found.rev, end, "Other"), m.TextEdited),
+            (m.FormatRequest(found.rev), m.TextEdited),
         ):
             assert isinstance(found.ask(message), kind), end
 
@@ -86,50 +86,50 @@ def test_no_prefix_of_a_script_breaks_an_answer(desk: Callable[..., Desk]) -> No
 @pytest.mark.parametrize("place", [-5, 10**9])
 def test_places_that_are_none(desk: Callable[..., Desk], place: int) -> None:
     found = desk(FOUR_BAR)
-    assert found.ask(m.ProposalsAsked(1, place)).proposals == []
-    assert found.ask(m.AboutAsked(1, place)).written == ""
-    assert found.ask(m.NamingAsked(1, place)).words
-    assert found.ask(m.RenameAsked(1, place, "X")).words
+    assert found.ask(m.ProposalsRequest(1, place)).proposals == []
+    assert found.ask(m.AboutRequest(1, place)).written == ""
+    assert found.ask(m.NamingRequest(1, place)).words
+    assert found.ask(m.RenameRequest(1, place, "X")).words
 
 
 def test_a_question_about_an_older_text_is_not_answered(desk: Callable[..., Desk]) -> None:
     found = desk(FOUR_BAR)
     found.type(FOUR_BAR + "\n")
-    for stale in (m.ProposalsAsked(1, 0), m.AboutAsked(1, 0), m.NamingAsked(1, 0), m.FormatAsked(1)):
+    for stale in (m.ProposalsRequest(1, 0), m.AboutRequest(1, 0), m.NamingRequest(1, 0), m.FormatRequest(1)):
         assert found.assistant.take(stale)
-    assert found.ask(m.ProposalsAsked(2, 0)).rev == 2
+    assert found.ask(m.ProposalsRequest(2, 0)).rev == 2
     assert found.said.empty()
 
 
 def test_what_a_name_is_and_what_is_known_of_it(desk: Callable[..., Desk]) -> None:
     found = desk(FOUR_BAR)
     place = FOUR_BAR.index("Crank.B") + 1
-    told = found.ask(m.AboutAsked(1, place))
+    told = found.ask(m.AboutRequest(1, place))
     assert FOUR_BAR[slice(*told.span)] == "Crank"
     assert told.written.startswith("Crank : .bar")
     found.worker.facts = lambda name: Facts("90°", (f"8: {name}.angle = 180*.t",))
-    assert "At the beginning: `Crank` = 90°" in found.ask(m.AboutAsked(1, place)).paragraphs
+    assert "At the beginning: `Crank` = 90°" in found.ask(m.AboutRequest(1, place)).paragraphs
 
 
 def test_every_code_of_a_message_is_explained(desk: Callable[..., Desk]) -> None:
     here = desk(FOUR_BAR)
     for code, each in explanations().items():
-        told = here.ask(m.MeaningAsked(here.rev, code))
+        told = here.ask(m.MeaningRequest(here.rev, code))
         assert (told.code, told.text) == (code, each.text)
-    assert here.ask(m.MeaningAsked(here.rev, "no/such-code")).text == "Nothing is written about this code."
+    assert here.ask(m.MeaningRequest(here.rev, "no/such-code")).text == "Nothing is written about this code."
 
 
 def test_another_name_everywhere(desk: Callable[..., Desk]) -> None:
     found = desk(FOUR_BAR)
     place = FOUR_BAR.index("Coupler.B") + 2
-    named = found.ask(m.NamingAsked(1, place))
+    named = found.ask(m.NamingRequest(1, place))
     assert named.name == "Coupler"
     assert {FOUR_BAR[slice(*span)] for span in named.spans} == {"Coupler"}
     assert len(named.spans) == FOUR_BAR.count("Coupler")
-    told = found.ask(m.RenameAsked(1, place, "Link"))
+    told = found.ask(m.RenameRequest(1, place, "Link"))
     assert changed(FOUR_BAR, told) == FOUR_BAR.replace("Coupler", "Link")
     for name, words in (("Crank", "already"), ("2x", "not a name"), ("", "not a name"), ("a b", "not a name")):
-        told = found.ask(m.RenameAsked(1, place, name))
+        told = found.ask(m.RenameRequest(1, place, name))
         assert words in told.words, name
         assert not told.edits
 
@@ -138,7 +138,7 @@ def test_a_name_that_another_file_has_stays(desk: Callable[..., Desk], tmp_path:
     (tmp_path / "leg.mov").write_text(".let long = 40;\n", encoding="utf-8")
     text = ".include 'leg.mov';\nA : .bar P = [0, 0]  Q = P + [long, 0];\n"
     found = desk(text)
-    told = found.ask(m.RenameAsked(1, text.index("long"), "wide"))
+    told = found.ask(m.RenameRequest(1, text.index("long"), "wide"))
     assert "leg.mov" in told.words
     assert not told.edits
     assert (tmp_path / "leg.mov").read_text(encoding="utf-8") == ".let long = 40;\n"
@@ -151,22 +151,22 @@ def test_files_elsewhere_are_neither_read_nor_listed(desk: Callable[..., Desk], 
     (inner / "own.mov").write_text("", encoding="utf-8")
     text = ".include '../secret.mov';\n.let x = hidd"
     found = desk(text, "inner/drawn.mov")
-    assert found.ask(m.ProposalsAsked(1, len(text))).proposals == []
+    assert found.ask(m.ProposalsRequest(1, len(text))).proposals == []
     for begun, wanted in (("../", []), ("/", []), ("", ["own.mov"])):
         found.type(f".include '{begun}")
-        told = found.ask(m.ProposalsAsked(found.rev, len(f".include '{begun}")))
+        told = found.ask(m.ProposalsRequest(found.rev, len(f".include '{begun}")))
         assert [each["label"] for each in told.proposals] == wanted
 
 
 def test_the_layout_is_that_of_fmt(desk: Callable[..., Desk]) -> None:
     text = FOUR_BAR.replace(" = ", "=").replace(";  ", ";\t")
     found = desk(text)
-    told = found.ask(m.FormatAsked(1))
+    told = found.ask(m.FormatRequest(1))
     assert changed(text, told) == formatted(SourceText("x.mov", text)) != text
     found.type(changed(text, told))
-    told = found.ask(m.FormatAsked(2))
+    told = found.ask(m.FormatRequest(2))
     assert (told.edits, bool(told.words)) == ([], True)
     found.type("A : .bar\n@0 A.P = ;")
-    told = found.ask(m.FormatAsked(3))
+    told = found.ask(m.FormatRequest(3))
     assert not told.edits
     assert "line 2" in told.words

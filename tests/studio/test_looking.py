@@ -12,7 +12,15 @@ import pytest
 
 from movimentum.source import SourceText
 from movimentum.studio.descriptions import claims_data, diagnostics_data
-from movimentum.studio.messages import ClaimsChecked, PlotAsked, Plotted, RatesAsked, RatesSent, StillAsked, StillMade
+from movimentum.studio.messages import (
+    ClaimsChecked,
+    PlotRequest,
+    Plotted,
+    RatesRequest,
+    RatesSent,
+    StillMade,
+    StillRequest,
+)
 from movimentum.studio.questions import plot, rates, still
 from movimentum.workflow.engine import Engine
 from tests.command import movimentum
@@ -37,7 +45,7 @@ Arm : .bar A = [100, 80]  B = A + [60, 0];
 def test_velocities_are_those_of_a_circle(bench: Callable[[str], Bench]) -> None:
     """Known from elsewhere: a point of a bar that turns has speed w r, at right angles to the bar."""
     at = bench(ARM.format(more="", drive=" Arm.angle = 90*.t;"))
-    rates(at.worker, RatesAsked(1, 0))
+    rates(at.worker, RatesRequest(1, 0))
     told = at.said.pop()
     assert isinstance(told, RatesSent)
     assert (told.first, told.count) == (0, 21)
@@ -46,7 +54,7 @@ def test_velocities_are_those_of_a_circle(bench: Callable[[str], Bench]) -> None
     assert found[:, 0] == pytest.approx(np.zeros((21, 2)), abs=1e-4)
     expected = math.pi / 2 * 60 * np.stack([-np.sin(turn), np.cos(turn)], axis=-1)
     assert found[:, 1] == pytest.approx(expected, rel=1e-5, abs=1e-4)
-    rates(at.worker, RatesAsked(1, 19))
+    rates(at.worker, RatesRequest(1, 19))
     assert at.said.pop().count == 2
 
 
@@ -87,7 +95,7 @@ def test_a_still_is_what_run_writes(bench: Callable[[str], Bench], tmp_path: Pat
     script.write_text(FOUR_BAR, encoding="utf-8")
     assert movimentum("run", "x.mov", "-o", "x.svg", "--at", "0.7", cwd=tmp_path).returncode == 0
     at = bench(FOUR_BAR)
-    still(at.worker, at.dragging, StillAsked(1, 0.7))
+    still(at.worker, at.dragging, StillRequest(1, 0.7))
     told = at.said.pop()
     assert isinstance(told, StillMade)
     assert told.svg == (tmp_path / "x.svg").read_text(encoding="utf-8")
@@ -95,10 +103,10 @@ def test_a_still_is_what_run_writes(bench: Callable[[str], Bench], tmp_path: Pat
 
 def test_a_still_has_what_a_hand_has_moved(bench: Callable[[str], Bench]) -> None:
     at = bench(ARM.format(more="Note : .label('{Arm.angle:.0f}')  at = [10, 10];", drive=""))
-    still(at.worker, at.dragging, StillAsked(1, 0.0))
+    still(at.worker, at.dragging, StillRequest(1, 0.0))
     before = at.said.pop().svg
     at.drag("Arm", "B", (100, 140))
-    still(at.worker, at.dragging, StillAsked(1, 0.0))
+    still(at.worker, at.dragging, StillRequest(1, 0.0))
     after = at.said.pop().svg
     assert before != after
     assert ">90<" in after or "90" in after
@@ -106,7 +114,7 @@ def test_a_still_has_what_a_hand_has_moved(bench: Callable[[str], Bench]) -> Non
 
 def test_what_is_not_known_yet_has_no_still(bench: Callable[[str], Bench]) -> None:
     at = bench(FOUR_BAR)
-    still(at.worker, at.dragging, StillAsked(7, 0.0))
+    still(at.worker, at.dragging, StillRequest(7, 0.0))
     assert at.said.pop() == StillMade(7, "", "the motion is not known yet")
     assert not [item for item in at.said if isinstance(item, ClaimsChecked)]
 
@@ -174,7 +182,7 @@ BINDS = """
 
 def test_a_plot_has_a_gap_where_there_is_no_solution(bench: Callable[[str], Bench]) -> None:
     there = bench(BINDS)
-    plot(there.worker, PlotAsked(1, "Rod.B.x"))
+    plot(there.worker, PlotRequest(1, "Rod.B.x"))
     (told,) = there.said
     assert isinstance(told, Plotted)
     times = np.arange(len(told.rows)) / 20.0

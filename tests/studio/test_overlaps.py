@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from movimentum.studio.messages import OverlapsAsked, OverlapsFound
+from movimentum.studio.messages import OverlapsFound, OverlapsRequest
 from movimentum.studio.worker import PATIENT
 from tests.studio.bench import Bench
 from tests.studio.conftest import Tab
@@ -30,7 +30,7 @@ def test_the_page_is_told_the_overlaps_that_it_asked_for(
     there = bench(passing(size, speed))
     there.worker._find_overlaps(there.job)  # pyright: ignore[reportPrivateUsage]
     assert not there.said  # nobody has asked
-    there.worker.show_overlaps(OverlapsAsked(True))
+    there.worker.show_overlaps(OverlapsRequest(True))
     there.worker._find_overlaps(there.job)  # pyright: ignore[reportPrivateUsage]
     (told,) = there.said
     assert isinstance(told, OverlapsFound)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.studio.files import ScriptFile, gallery, version_of
-from movimentum.studio.messages import FileOpened, LinkageWanted, SaveDone, SaveWanted, TextOpened
+from movimentum.studio.messages import FileOpened, LinkageRequest, SaveDone, SaveRequest, TextOpened
 from movimentum.workflow.choices import Choices
 from tests.command import ROOT
 from tests.studio.conftest import Tab, wait_for
@@ -156,14 +156,14 @@ def test_saving_minds_what_others_have_written(tmp_path: Path) -> None:
     files = ScriptFile(str(script), tmp_path, said.append)
     base = files.known.version
     script.write_text("another", encoding="utf-8")
-    files.save(SaveWanted("mine", "", base, force=False))
+    files.save(SaveRequest("mine", "", base, force=False))
     assert said.pop() == SaveDone("conflict", "crank.mov", version_of("another"), "another", "")
     assert script.read_text(encoding="utf-8") == "another"
-    files.save(SaveWanted("mine", "", base, force=True))
+    files.save(SaveRequest("mine", "", base, force=True))
     assert said.pop() == SaveDone("saved", "crank.mov", version_of("mine"))
     assert script.read_text(encoding="utf-8") == "mine"
     for name in ("../other.mov", "/tmp/other.mov", "other.png", "", "a/../../b.mov")[:3]:
-        files.save(SaveWanted("mine", name, "", force=True))
+        files.save(SaveRequest("mine", name, "", force=True))
         answer = said.pop()
         assert isinstance(answer, SaveDone)
         assert answer.state == "failed"
@@ -179,7 +179,7 @@ def test_linkage_files_are_opened_and_saved(tmp_path: Path) -> None:
     answer = said.pop()
     assert isinstance(answer, TextOpened)
     assert ".bar" in answer.text
-    files.save_linkage(LinkageWanted(answer.text, "again.txt", 0.0), Choices())
+    files.save_linkage(LinkageRequest(answer.text, "again.txt", 0.0), Choices())
     assert (tmp_path / "again.txt").read_text(encoding="utf-8").startswith("v")
     files.open(FileOpened("folder", 0, "../some.txt"))
     answer = said.pop()

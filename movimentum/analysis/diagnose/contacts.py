@@ -17,7 +17,7 @@ from movimentum.scene.model import AnchorCoordinate, Constraint, Scene, ThingAng
 from movimentum.scene.outlines import Circle, outline_of
 from movimentum.solver.motion import PathMotion
 from movimentum.text import time_text
-from movimentum.tolerances import OVERLAP_TOLD
+from movimentum.tolerances import OVERLAP_REPORTED
 
 INSTANTS = 400
 """Of a step that are looked at."""
@@ -39,7 +39,7 @@ def overlapping_contacts(motion: PathMotion) -> Iterator[Diagnostic]:
             poses = motion.poses_at(times)
             (read,) = reader(scene, [sub(item.left[0], item.right[0])], motion)(poses)
             off: FloatArray = np.where(poses.solved, item.gap_side * read, np.nan)
-            below: list[int] = np.nonzero(off < -OVERLAP_TOLD * motion.segments[0].plan.size)[0].tolist()
+            below: list[int] = np.nonzero(off < -OVERLAP_REPORTED * motion.segments[0].plan.size)[0].tolist()
             if below:
                 reported.add(item.number)
                 worst = int(np.argmin(np.where(np.isnan(off), np.inf, off)))

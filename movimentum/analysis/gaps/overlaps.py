@@ -22,7 +22,7 @@ from movimentum.solver.basis.instants import distinct
 from movimentum.solver.continuation.tracks import NodeTrack
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
-from movimentum.tolerances import GAP_CLOSED, GAP_TOUCHES, INSTANT_ROUNDS, OVERLAP_TOLD
+from movimentum.tolerances import GAP_CLOSED, GAP_TOUCHES, INSTANT_ROUNDS, OVERLAP_REPORTED
 
 HALVINGS = 14
 ROOT_STEPS, FALSE_POSITIONS = 64, 20
@@ -135,7 +135,7 @@ def _in_piece(pairs: GapPairs, start: float) -> Iterator[tuple[tuple[int, int], 
 def _near(pairs: GapPairs) -> IntArray:
     """The pairs whose boxes over the whole piece meet."""
     at = pairs.tracks.at
-    wide = pairs.far[:, None] + OVERLAP_TOLD * pairs.scale
+    wide = pairs.far[:, None] + OVERLAP_REPORTED * pairs.scale
     step = np.hypot(*np.moveaxis(np.diff(at, axis=1), -1, 0)).max(axis=1, initial=0.0)[:, None]
     low, high = at.min(axis=1) - wide - 0.1 * step, at.max(axis=1) + wide + 0.1 * step
     a, b = pairs.one, pairs.other

@@ -22,8 +22,8 @@ from movimentum.solver.kinds.kernels import KERNELS, evaluate
 from movimentum.solver.path.piece import Piece
 from movimentum.tolerances import (
     BARELY_REGULAR,
-    BRANCH_TOLD_AFTER,
-    BRANCH_TOLD_BEFORE,
+    BRANCH_IDENTIFIED_AFTER,
+    BRANCH_IDENTIFIED_BEFORE,
     CLEAR_OF_FOLD,
     FIRST_RESUMPTION,
     INEQUALITY_MET,
@@ -70,7 +70,7 @@ class ResumedBranch:
     @staticmethod
     def of(piece: Piece, tau: float) -> ResumedBranch:
         """The branch at ``tau``, where the piece has a solution. (Two meet at the end of a path: a little before.)"""
-        tau = max(piece.begin, tau - BRANCH_TOLD_BEFORE * (tau - piece.begin))
+        tau = max(piece.begin, tau - BRANCH_IDENTIFIED_BEFORE * (tau - piece.begin))
         followed = [b for b, track in zip(piece.plan.blocks, piece.tracks, strict=True) if isinstance(track, NodeTrack)]
         if not followed:  # signs and formulas tell it
             return ResumedBranch(piece, tau, {})
@@ -182,7 +182,7 @@ class ResumedBranch:
                     return found
                 found = self.earliest(end, *found)  # Newton's method from the last pose did not find it before
                 return found if self._begins else None  # it was there when the path ended: another branch
-            elif nearest is None and time - bad > BRANCH_TOLD_BEFORE * (float(times[-1]) - bad):
+            elif nearest is None and time - bad > BRANCH_IDENTIFIED_BEFORE * (float(times[-1]) - bad):
                 nearest = time
         if lost or nearest is None:
             return None
@@ -269,9 +269,9 @@ class ResumedBranch:
         """
         if not self._cores:
             return begin, choices
-        after = BRANCH_TOLD_AFTER * length
+        after = BRANCH_IDENTIFIED_AFTER * length
         self._clear = BARELY_REGULAR
-        while after < BRANCH_TOLD_BEFORE * length:
+        while after < BRANCH_IDENTIFIED_BEFORE * length:
             later = self.at(begin + after)
             if later is not None:
                 return begin + after, later
