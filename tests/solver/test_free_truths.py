@@ -140,9 +140,9 @@ def test_a_wish_is_followed_no_faster_than_its_speed():
     ):
         law = FreeMotionLaw(with_wish(free_block([], (0, 1), np.eye(2)), x, y, speed=speed), PLAN)
         far = np.array([3e9, -4e9])
-        found = law.wished(far, np.zeros(2))
+        found = law.wish_rates(far, np.zeros(2))
         np.testing.assert_allclose(found, [-0.6 * most, 0.8 * most], rtol=1e-9)
-        assert law.wished(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx([-0.5, -0.1 * FOLLOWING_RATE])
+        assert law.wish_rates(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx([-0.5, -0.1 * FOLLOWING_RATE])
     assert (law.damping.near, law.damping.far) == (
         FOLLOWING_RATE * PLAN.size,
         FOLLOWING_RATE * workspace_size(PLAN.system.scene),
@@ -189,7 +189,7 @@ def test_derivatives_are_asked_of_all_that_a_block_depends_on():
         return SimpleNamespace(number=number, **fields)
 
     velocity = Velocity(
-        number=3, unknowns=(), equations=(), core=(), inputs=frozenset(), moving=True, law=1, behind=(0, 1), order=2
+        number=3, unknowns=(), equations=(), core=(), inputs=frozenset(), moving=True, law=1, upstream=(0, 1), order=2
     )
     blocks = [block(0), block(1), block(2), velocity, block(4)]
     before = {0: set(), 1: {0, 1}, 2: {0, 2}, 4: {3, 4}}
