@@ -94,13 +94,14 @@ M : .disc(5) C=[0,0];
     assert (found.text, found.rates) == ("x = 50 + .i(3*.t)", pytest.approx((1.0,)))
 
 
-@pytest.mark.parametrize(
+@broad(
     ("condition", "lines"),
     [
         ("Crank.P.y = 110", {"Crank.C = [100,100]", "Crank.angle = 90*.t"}),
         ("x = 200", {"Crank.C = [100,100]", "Crank.angle = 90*.t", "Rod.A = Crank.P", "Rod.B = [x,100]"}),
         ("Rod.B.y = 101", {"Rod.B = [x,100]"}),
     ],
+    first=1,
 )
 def test_what_forbids_a_value_is_a_smallest_set(condition, lines):
     found = why_not(asked(SLIDER), condition, 60.0)
@@ -142,6 +143,7 @@ def test_the_smallest_change_mends_the_film(text, expected):
     assert bisect(asked(SLIDER), 60.0).size == 0
 
 
+@pytest.mark.slow
 def test_two_faults_need_two_changes():
     text = SLIDER.replace("@4", "Rod.B.y = 120; Crank.P.x = 700;\n@4")
     found = bisect(asked(text), 120.0)

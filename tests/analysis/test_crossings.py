@@ -74,6 +74,7 @@ def test_touches_are_found_with_their_side_between_frames():
     assert times(inspector, "Crank.P.y = 140.000001") == []
 
 
+@pytest.mark.slow
 def test_extremes_are_those_of_the_closed_form():
     inspector = asked(CRANK.format(fps=1, r=40, l=120, w=77, end=6))
     for expression, largest, value, angle in (

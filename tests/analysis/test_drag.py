@@ -54,6 +54,7 @@ def worst(scene: Scene, placed: np.ndarray, joints: list[tuple[int, int, int, in
 JOINTS = [(0, 1, 2, 0), (1, 1, 3, 0), (2, 1, 3, 1), (0, 1, 4, 0), (1, 1, 5, 0), (4, 1, 5, 1), (0, 0, 1, 0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moves", [150, pytest.param(1000, marks=pytest.mark.slow)])
 def test_many_moves_keep_what_is_joined_joined(moves: int) -> None:
     motion = motion_of(CELL)
@@ -102,6 +103,7 @@ def test_what_is_determined_is_fixed() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_rods_of_a_tiling_keep_their_joints(order: int) -> None:
     motion = motion_of(linkage_script(transformable(order), "tiling"))

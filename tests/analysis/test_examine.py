@@ -10,6 +10,7 @@ from movimentum.analysis.examine import examine
 from movimentum.diagnostics import Severity
 from movimentum.planning.blocks.kinds import method_of
 from movimentum.text import time_text
+from tests.broad import broad
 from tests.solver.scenes import motion_of
 
 
@@ -70,6 +71,7 @@ def test_the_classic_probe_three_rods_on_one_point():
     assert not any("C" in text.split(":")[0].split(".")[0] for text in places(conflict, source))
 
 
+@pytest.mark.slow
 def test_the_time_at_which_a_mechanism_binds():
     # a double rocker: the coupler and the rocker are stretched when the crank's pin is 120 from the rocker's pivot
     (bind,), _, examination = found(
@@ -255,6 +257,7 @@ def test_near_singular_frames_are_told_with_their_condition():
     assert none == []
 
 
+@pytest.mark.slow
 def test_a_newton_block_binds_where_it_folds():
     # a bar on two parallel legs of 50 only shifts, so its z is on a circle about (50, 40); a rod of 50 from there to a
     # point that goes to the right holds until that is 100 away: at (50 + 60, 40 + 80)
@@ -305,7 +308,7 @@ def test_where_no_inequality_stays_true_a_wish_is_offered():
     assert starts == pytest.approx([0, 180])
 
 
-@pytest.mark.parametrize("start", ["0", "1", "-7/3", "1000"])
+@broad("start", ["0", "1", "-7/3", "1000"], first=1)
 def test_two_drives_contradict_each_other_from_the_beginning_of_their_step(start):
     # the instant is found by bisection, and rounding must not show
     text = f"C : .bar O = [0,0] P = [40,0];  @{start} C.O = [0,0]; C.angle = 90*.t; C.angle = 60*.t;  @+2"

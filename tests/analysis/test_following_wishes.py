@@ -71,6 +71,7 @@ def test_reached_is_told_with_the_time() -> None:
     assert float(found["wish/reached"].message.split("t = ")[1].split(",")[0]) == pytest.approx(when, abs=0.02)
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_blocked_by_what_is_missing() -> None:
     found = told(ARM.replace("WISH", "[400,100] .speed(200)"))
     assert list(found) == ["wish/blocked"]
@@ -101,6 +102,7 @@ def test_what_is_not_connected_does_not_move_at_all() -> None:
         assert (where == where[0]).all()
 
 
+@pytest.mark.slow
 def test_the_motion_does_not_depend_on_the_frame_rate() -> None:
     text = ARM.replace("WISH", "[60 + 20*.sin(100*.t), 160 - 10*.t] .speed(40)")
     places = []
@@ -122,6 +124,7 @@ def test_motions_that_a_wish_draws_are_not_warned_about() -> None:
     assert [motion.drawn for motion in solution.steps[0].motions] == [True, True]
 
 
+@pytest.mark.slow
 def test_a_wish_for_one_of_two_freedoms_leaves_the_other_to_be_told() -> None:
     motion = motion_of(ARM.replace("Lower.H ~ WISH", "Upper.angle ~ 30*.t"))
     drawn = [m.drawn for m in examined(motion.timeline, Choices()).steps[0].motions]

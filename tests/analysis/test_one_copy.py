@@ -1,5 +1,7 @@
 """Contradictions among copies: what is offered changes one copy, or a pin, and every offer that is shown closes."""
 
+import pytest
+
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
@@ -57,6 +59,7 @@ def test_one_copy_is_made_longer_and_no_loop_is_emptied(definition, bar, first, 
     assert f"Link[{last}] :" in after or f"Link[i = {last}..{last}] :" in after
 
 
+@pytest.mark.slow
 def test_a_pin_at_the_anchor_that_closes():
     text = CHAIN.format(
         definition="Link[k = 1..4] : .bar P = [0,0] M = P + [20,0] Q = P + [40,0];",
@@ -66,6 +69,7 @@ def test_a_pin_at_the_anchor_that_closes():
     assert "`Link[k].P = Link[k-1].Q` instead of `Link[k].P = Link[k-1].M`" in [fix.title for fix in found]
 
 
+@pytest.mark.slow
 def test_a_coupler_held_at_the_wrong_anchor():
     """A four-bar whose rocker is pinned to the coupler's point P and would reach its end C."""
     text = """.config(20, 300, 200);

@@ -79,6 +79,7 @@ def test_a_square_with_both_diagonals_has_one_too_many() -> None:
         assert rigidity_freedom(SQUARE, left, [0, 1]) == 0
 
 
+@pytest.mark.slow
 def test_a_third_crank_is_mobile_by_its_measures_only() -> None:
     mobile, stuck = step_of(THIRD_CRANK), step_of(THIRD_CRANK.replace("c = [120,90]", "c = [120,80]"))
     assert (mobile.freedom, mobile.redundant) == (1, 1)  # 4 moving bodies, 6 pins: 3*4 - 2*6 = 0
@@ -162,7 +163,7 @@ def pieces(rows: int, columns: int, braces: list[tuple[int, int]]) -> int:
     return len(set(group))
 
 
-@pytest.mark.parametrize(
+@broad(
     ("rows", "columns", "braces"),
     [
         (1, 1, []),
@@ -175,6 +176,7 @@ def pieces(rows: int, columns: int, braces: list[tuple[int, int]]) -> int:
         (3, 3, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)]),
         (3, 3, [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)]),
     ],
+    every=3,
 )
 def test_braced_grids_are_as_rigid_as_the_graph_of_their_braces_is_connected(
     rows: int, columns: int, braces: list[tuple[int, int]]
@@ -239,6 +241,7 @@ main()
 """The command, with time to try all fixes: how many are tried must not depend on how busy the machine is."""
 
 
+@pytest.mark.slow
 def test_the_report_is_the_same_in_every_process(tmp_path: Path) -> None:
     script = tmp_path / "linkage.mov"
     script.write_text(rod_script(*generic(103)))

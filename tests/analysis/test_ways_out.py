@@ -63,7 +63,7 @@ def test_a_word_behind_a_statement_is_an_option_that_there_is_not(statement: str
 
 
 @broad("speed", [90, -35], first=1)
-@pytest.mark.parametrize("stated", ["Rod.angle = 0;", "Rod.A.y = 100;", "Rod.angle = Crank.angle;"])
+@broad("stated", ["Rod.angle = 0;", "Rod.A.y = 100;", "Rod.angle = Crank.angle;"], first=1)
 def test_no_length_ends_what_contradicts_only_later(speed, stated):
     """They agree at first: another length would make them agree at one other moment."""
     found = mv.loads(

@@ -85,6 +85,7 @@ def test_a_coordinate_may_be_wished_for_alone() -> None:
     assert places[:, 0] == pytest.approx(np.sqrt(1e4 - (80 - 12 * times) ** 2), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_wish_stated_while_things_move_is_followed_exponentially() -> None:
     text = DOT + "@0 D.c.y = 5;\n@1 D.c.x ~ 100;\n@3\n"
     times, places = path(examined_script(text)[0], "D.c")
@@ -95,7 +96,7 @@ def test_a_wish_stated_while_things_move_is_followed_exponentially() -> None:
 # --- speed ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@broad(
     ("text", "name", "speed"),
     [
         (FIVE, "R1_2.V2", 25),
@@ -106,6 +107,7 @@ def test_a_wish_stated_while_things_move_is_followed_exponentially() -> None:
             35,
         ),
     ],
+    first=1,
 )
 def test_nothing_is_drawn_faster_than_its_speed(text: str, name: str, speed: float) -> None:
     times, places = path(examined_script(text)[0], name)
@@ -148,7 +150,7 @@ def test_a_speed_that_is_none_is_told_with_its_place(statement: str, code: str, 
 # --- what is said in the end ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("speed", ["", " .speed(120)"])
+@broad("speed", ["", " .speed(120)"], first=1)
 def test_out_of_reach_is_blocked_by_exactly_what_is_missing(speed: str) -> None:
     text = f"{ARM}@0 R.A = [0,0];\n@1 R.B ~ [180, 240]{speed};\n@5\n"
     motion, examination = examined_script(text)
@@ -158,6 +160,7 @@ def test_out_of_reach_is_blocked_by_exactly_what_is_missing(speed: str) -> None:
     assert path(motion, "R.B")[1][-1] == pytest.approx((60, 80), abs=0.1)
 
 
+@pytest.mark.slow
 def test_blocked_by_a_line_at_the_distance_of_the_line() -> None:
     wish = wish_of(examined_script(DOT + "@0 D.c.y = 5;\n@1 D.c ~ [50, 42.5];\n@4\n")[1].diagnostics)
     assert wish.code == "wish/blocked"
@@ -180,7 +183,7 @@ def test_a_straight_chain_that_is_pushed_is_stuck_and_says_so(target: str) -> No
 
 
 @pytest.mark.parametrize("rods", [1, 2])
-@pytest.mark.parametrize("angle", [0.0, 37.0, 61.3, 143.1, 200.9])
+@broad("angle", [0.0, 37.0, 61.3, 143.1, 200.9], first=2)
 def test_rounding_never_chooses_a_side_however_long_it_is_pushed(rods: int, angle: float) -> None:
     """The deviation of an arm turned away from its wish grows as e^8t: in nine time units rounding would show."""
     c, s = 100 * math.cos(math.radians(angle)), 100 * math.sin(math.radians(angle))
@@ -194,6 +197,7 @@ def test_rounding_never_chooses_a_side_however_long_it_is_pushed(rods: int, angl
     assert end == pytest.approx((13 + rods * c, 7 + rods * s), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_little_to_one_side_gets_it_going_as_the_help_says() -> None:
     text = CHAIN.replace("[180,0]", "[180,6]") + "@0 R.A = [0,0]; S.A = R.B;\n@1 S.B ~ [90,0];\n@4\n"
     assert wish_of(examined_script(text)[1].diagnostics).code == "wish/reached"
@@ -210,6 +214,7 @@ def test_too_slow_is_under_way_and_coming_nearer() -> None:
 # --- what a wish leaves alone ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_is_not_connected_does_not_move_to_the_last_bit_of_a_step() -> None:
     points = [(0.1, 0.2), (30.7, 80.3), (150.1, 110.9), (130.3, 0.7)]
     others = [(x + 211.3, y + 13.7) for x, y in points]
@@ -230,6 +235,7 @@ def test_what_is_not_connected_does_not_move_to_the_last_bit_of_a_step() -> None
             assert np.max(np.abs(table - table[0])) < 1e-12  # a step states everything anew
 
 
+@pytest.mark.slow
 def test_the_frame_rate_changes_nothing() -> None:
     slow, fast = (
         moved(arranged(understand(SourceText("test.mov", FIVE)), Choices(fps=Fraction(fps)))) for fps in (17, 24)
@@ -277,7 +283,7 @@ RIAP = PAIR.replace(
 )
 
 
-@pytest.mark.parametrize("pair", [PAIR, RIAP])
+@broad("pair", [PAIR, RIAP], first=1)
 def test_a_wish_draws_what_its_left_side_is_about_and_its_target_stays(pair: str) -> None:
     motion, examination = examined_script(pair + "@1 D.c.x ~ E.c.x;\n@3\n")
     times, drawn = path(motion, "D.c")
@@ -311,7 +317,7 @@ def test_what_one_wish_draws_together_moves_by_the_same_amount(wishes: str, last
         assert [(part.things, part.freedom) for part in step.parts] == [(("D",), 1), (("E",), 1)]
 
 
-@pytest.mark.parametrize(
+@broad(
     ("measure", "expected"),
     [
         ("h = 2*R.B.y;", 2 * 100 * math.sin(math.radians(30))),
@@ -319,6 +325,7 @@ def test_what_one_wish_draws_together_moves_by_the_same_amount(wishes: str, last
         ("h = R.angle;", 30.0),
         ("h = (R.B - [0,100]).l;", 100.0),
     ],
+    first=1,
 )
 def test_a_wish_for_what_is_measured_draws_what_it_is_measured_of(measure: str, expected: float) -> None:
     motion, examination = examined_script(f"{ARM}@0 R.A = [0,0]; {measure}\n@1 h ~ {expected!r};\n@4\n")
@@ -341,6 +348,7 @@ def test_wishes_against_each_other_are_told_so_and_which() -> None:
     assert "from its goal: those for `R.B`" in found[1].message
 
 
+@pytest.mark.slow
 def test_what_is_not_connected_stays_to_the_last_bit_through_all_steps() -> None:
     text = """.config(20, 600, 400);
 A : .bar P=[0,0] Q=[60,0];    B : .bar P=[0,0] Q=[70,0];
@@ -390,6 +398,7 @@ def test_the_distance_of_two_places_that_are_one_draws_nothing() -> None:
     assert len({tuple(place) for place in path(motion, "S.B")[1]}) == 1
 
 
+@pytest.mark.slow
 def test_what_is_measured_of_a_loose_thing_neither_moves_nor_holds_it() -> None:
     """A rod that nothing holds: each row could as well say where the rod is."""
     text = ARM + "@0 R.B.x ~ 100;\n@1 h = R.A.x + R.B.y; k = 2*h + R.B.x; l = k + h;\n@2 l ~ 200;\n@4\n"

@@ -150,6 +150,7 @@ def test_every_accuracy_gives_the_same_motion_better_or_worse():
     assert motions[mv.Accuracy.HIGH].solution.motion.notes == ()
 
 
+@pytest.mark.slow
 def test_a_draft_of_thousands_of_frames_tells_its_error():
     script = mv.loads("Arm : .bar O = [100,100] P = O + [60,0]; @0 Arm.O = [100,100]; Arm.P ~ [180, 100 + 60*.t]; @2")
     draft = script.solve("draft", fps=2000)

@@ -246,6 +246,7 @@ def test_a_motion_is_asked_by_name() -> None:
     assert ("top" in sweep, "pot" in sweep, 3 in sweep) == (True, False, False)
 
 
+@pytest.mark.slow
 def test_goals_are_told_in_short() -> None:
     (goal,) = mv.loads(SCRIPT).fit().goals
     assert repr(goal).startswith("AimOutcome(text='.max(Arm.P.y) = 50', line=4, rms=")

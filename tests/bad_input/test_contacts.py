@@ -6,6 +6,7 @@ import pytest
 
 import movimentum
 from movimentum.errors import NoSolutionError, ScriptError
+from tests.broad import broad
 
 HEAD = """.config(10, 300, 300);
 C : .curve A = [150,150] .polar(th, 40);   D : .disc(5) P = [150,200];   E : .disc(9) P = [200,200];
@@ -38,7 +39,7 @@ STATEMENTS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", [*(f"{each}\n{STEP}" for each in DEFINITIONS), *(STEP + each for each in STATEMENTS)])
+@broad("text", [*(f"{each}\n{STEP}" for each in DEFINITIONS), *(STEP + each for each in STATEMENTS)], every=6)
 def test_what_makes_no_sense_is_told(text):
     with pytest.raises((ScriptError, NoSolutionError)) as caught:
         movimentum.loads(f"{HEAD}{text}\n@1").solve()
@@ -51,7 +52,7 @@ def test_what_makes_no_sense_is_told(text):
         assert item.message
 
 
-@pytest.mark.parametrize(
+@broad(
     ("place", "cord", "when"),
     [
         ("[250 - 80*.t, 200]", "[120,100], W, L.P", 0.875),
@@ -59,6 +60,7 @@ def test_what_makes_no_sense_is_told(text):
         ("[250 - 80*.t, 200]", "[120,100], W, -L, [300,100]", 0.75),
         ("[250 - 80*.t, 200]", "[120,100], W, L, [300,100]", 1.0),
     ],
+    first=2,
 )
 def test_a_cord_without_a_tangent_is_told_with_the_time(place, cord, when):
     text = f"""W : .disc(30) O = [150,200]; L : .disc(10) P = [250,200];

@@ -218,7 +218,7 @@ def _assert_short_memory_is_told(folder: Path, name: str, megabytes: int) -> Non
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of memory work otherwise")
-@pytest.mark.parametrize("megabytes", [60, 170, 195])
+@broad("megabytes", [60, 170, 195], first=1)
 def test_short_memory_is_told_and_leaves_nothing(tmp_path: Path, megabytes: int) -> None:
     _assert_short_memory_is_told(tmp_path, "out.webp", megabytes)
 
@@ -233,6 +233,7 @@ def test_any_amount_of_memory(tmp_path: Path, name: str) -> None:
             path.unlink()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
 def test_too_few_files_are_told(tmp_path: Path) -> None:
     (tmp_path / "a.mov").write_text(CRANK)
@@ -274,6 +275,7 @@ def test_the_debugger_without_its_streams(tmp_path: Path, script: Path, streams:
     assert b"Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits work otherwise")
 @pytest.mark.parametrize(
     ("kind", "amount"), [("RLIMIT_NOFILE", 10), pytest.param("RLIMIT_NOFILE", 12, marks=pytest.mark.slow)]
@@ -305,6 +307,7 @@ def test_where_no_process_can_be_started_this_one_draws(tmp_path: Path, monkeypa
     assert run_command_line(["run", str(tmp_path / "a.mov"), "-o", str(tmp_path / "o.gif"), "--workers", "3"]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux only")
 def test_a_worker_does_not_hear_ctrl_c_however_early(tmp_path: Path) -> None:
     (tmp_path / "a.mov").write_text(LITTLE)
@@ -420,6 +423,7 @@ def test_odd_places_are_no_bug(script: Path, place: str, monkeypatch: pytest.Mon
         assert run_command_line([str(argument) for argument in arguments]) in (0, 1, 2), arguments
 
 
+@pytest.mark.slow
 def test_a_script_whose_name_is_no_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = os.fsencode(tmp_path) + b"/k\xff.mov"
     with open(script, "w") as stream:

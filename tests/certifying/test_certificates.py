@@ -20,6 +20,7 @@ from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.stages import arranged, moved, understand
+from tests.broad import broad
 from tests.command import ROOT, movimentum
 
 GALLERY = sorted(path.stem for path in (ROOT / "scripts").glob("*.mov"))
@@ -91,6 +92,7 @@ def test_random_four_bars_are_as_near_to_the_closed_form_as_is_said(films: int) 
             done += 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("films", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_a_bound_is_the_closed_form_s_largest_value_between_frames(films: int) -> None:
     rng = random.Random(5)
@@ -113,7 +115,7 @@ def test_a_bound_is_the_closed_form_s_largest_value_between_frames(films: int) -
         assert bound.verdict is BoundVerdict.UNDECIDED  # it is reached, but not passed
 
 
-@pytest.mark.parametrize("name", ["jansen", "klann", "oscillating-engine"])
+@broad("name", ["jansen", "klann", "oscillating-engine"], first=1)
 def test_films_of_the_gallery_are_as_exact_as_is_said(name: str) -> None:
     motion = of_gallery(name)
     found = certificate(motion)
@@ -254,6 +256,7 @@ def test_two_drives_that_have_no_common_measure() -> None:
     assert found.distance < 1e-9
 
 
+@pytest.mark.slow
 def test_a_chain_of_dyads_takes_tubes_as_one_does() -> None:
     """Blocks one after another: the number of tubes does not grow with their number."""
     count = 15

@@ -13,6 +13,7 @@ from mpmath import mp, mpf
 
 from movimentum.certifying.forms import OF_OUTLINES, Forms, TimeForm, rational
 from movimentum.expressions.operations import OPERATIONS
+from tests.broad import broad
 
 COUNT = 40
 TRUTH: dict[str, Callable[..., Any]] = {
@@ -62,7 +63,7 @@ def holds(found: TimeForm, k: int, u: Any, true: Any) -> bool:
     return bool(not mp.isfinite(r) or abs(true - (c + s * u)) <= r)
 
 
-@pytest.mark.parametrize("name", sorted(set(TRUTH)))
+@broad("name", sorted(set(TRUTH)), every=3)
 def test_what_an_operation_makes_holds_every_true_value(name: str) -> None:
     rng = random.Random(name)
     arity = next(row.arity for row in OPERATIONS if row.name == name)

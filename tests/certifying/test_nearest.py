@@ -4,7 +4,6 @@ import random
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from scipy.optimize import minimize_scalar
 
 from movimentum.certifying.certificate import certificate
@@ -103,7 +102,7 @@ def test_bounds_on_distances_are_proved_where_they_hold_and_only_there(seed):
         assert bound.verdict.value in ((verdict,) if alone else (verdict, "undecided"))
 
 
-@pytest.mark.parametrize("tolerance", [0.001, 1e-6])
+@broad("tolerance", [0.001, 1e-6], first=1)
 def test_wankels_corners_stay_on_the_housing(tolerance):
     text = """.config(25, 360, 320);
 .let e = 16; .let R = 112; .let O = [180,160];

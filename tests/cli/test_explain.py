@@ -61,6 +61,7 @@ def test_a_wrong_code_is_refused_with_the_nearest(wanted: str, meant: str, capsy
     assert f"did you mean `{meant}`?" in said.err
 
 
+@pytest.mark.slow
 def test_the_debugger_explains_the_messages_of_the_script(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     script = tmp_path / "arm.mov"
     script.write_text(ARM, encoding="utf-8")

@@ -48,6 +48,7 @@ def test_check_and_diff_only_tell(messy: Path) -> None:
     assert messy.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_standard_input(messy: Path) -> None:
     done = movimentum("fmt", "-", stdin="a=b;")
     assert (done.returncode, done.stdout, done.stderr) == (0, "a = b;\n", "")

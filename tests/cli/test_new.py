@@ -80,6 +80,7 @@ def test_a_script_on_standard_output(capsys: pytest.CaptureFixture[str], room: P
     assert list(room.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_every_example_runs_from_where_it_was_copied(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["examples"]) == 0
     home = room / "movimentum-examples"

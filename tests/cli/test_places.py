@@ -16,6 +16,7 @@ from PIL import Image
 import movimentum as mv
 from movimentum.records import replace
 from movimentum.workflow.places import PLACES
+from tests.broad import broad
 from tests.command import command, environment, movimentum
 
 ARM = "Arm : .bar O=[0,0] P=[{r},0]; @0 Arm.O=[{x},{y}]; Arm.angle=90*.t; @{end}"
@@ -199,7 +200,7 @@ def test_a_script_with_a_dot_in_its_name_and_a_stem_of_ones_own(tmp_path: Path):
     assert (tmp_path / "lever.svg").exists()
 
 
-@pytest.mark.parametrize("share", [0.7, 0.25, 0.0])
+@broad("share", [0.7, 0.25, 0.0], first=1)
 def test_a_heavy_film_goes_to_the_next_format_and_is_drawn_smaller(
     share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

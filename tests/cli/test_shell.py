@@ -130,6 +130,7 @@ def interrupted(room: Path, *words: str, ready: str | None = None, wait: float =
     return process.returncode, told
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_says_once_what_is_left(room: Path) -> None:
     words = ("sweep", "fit.mov", "--vary", "R=1:50:9000000", "-o", "out.csv")
     code, told = interrupted(room, *words, ready="out.csv.unfinished")
@@ -185,6 +186,7 @@ LONG_WORK = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seed"),
     [("solve", 0), *(pytest.param(n, k, marks=pytest.mark.slow) for n in LONG_WORK for k in range(1, 4))],
@@ -265,6 +267,7 @@ def test_names_of_files_are_completed(name: str, room: Path) -> None:
     assert completed(room, *words_of(name), "cra") == ["file,cra"]
 
 
+@pytest.mark.slow
 def test_kinds_examples_and_shells_are_completed(room: Path) -> None:
     assert completed(room, "new", "cra") == ["plain,crank"]
     assert completed(room, "examples", "--only", "wals") == ["plain,walschaerts"]

@@ -61,6 +61,7 @@ def test_errors_of_the_film_are_told_once() -> None:
     assert codes_of(f"{HEAD}Cam : .cut Roller .in Shaft;\n{FILM.replace('190 +', 'Roller.Q.x +')}") != []
 
 
+@pytest.mark.slow
 def test_a_cut_may_be_a_tool() -> None:
     """A profile moves with what it is cut in, so it cuts something else in a third thing."""
     more = "Plate : .disc(3) C = [150,60];\nCam : .cut Roller .in Shaft;\nMould : .cut Cam .in Plate;\n"

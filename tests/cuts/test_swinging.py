@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 
 @pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize("size", [0.01, 1.0, 1000.0])
+@broad("size", [0.01, 1.0, 1000.0], first=1)
 @pytest.mark.parametrize("kind", ["roller", "face"])
 def test_a_swinging_follower_finds_the_law_that_cut_the_cam(kind: str, size: float, side: int) -> None:
     def at(x: float, y: float) -> str:

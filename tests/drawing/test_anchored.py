@@ -197,6 +197,7 @@ def test_thousands_of_labels_are_drawn(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_label_is_compared_with_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
     """So a thousand bars cost each label as much as some do; and the places are those of comparing with all."""
 

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import movimentum as mv
+from tests.broad import broad
 
 BAR = "R : .bar A = [-50,-30] B = A + [100,0]; @0 R.A = [-50,-30]; R.angle = 90*.t; @1"
 SIZED = (
@@ -41,7 +42,7 @@ def test_the_lines_of_a_grid_are_at_round_numbers(tmp_path: Path) -> None:
     assert all(abs((x + 0.5) % 40 - 40 * round((x + 0.5) % 40 / 40)) <= 2 for x in columns.tolist())
 
 
-@pytest.mark.parametrize("suffix", ["svg", "html", "pdf", "gif"])
+@broad("suffix", ["svg", "html", "pdf", "gif"], first=3)
 def test_every_format_has_them(tmp_path: Path, suffix: str) -> None:
     sizes: list[int] = []
     for show in ((), ("grid", "axes")):

@@ -52,17 +52,20 @@ def test_the_gallery_looks_the_same_in_a_browser(script: Path, page: Any, tmp_pa
     same(page, motion, tmp_path, like, [0, last // 2, last - 1], trace=TRACED.get(script.stem, ()))
 
 
+@pytest.mark.slow
 def test_all_kinds_of_things_look_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
     motion = mv.load(everything(tmp_path)).solve()
     options = {"trace": ["Wheel.P", "Late.B"], "show": ["names", "anchors", "free"]}
     same(page, motion, tmp_path, SMALL, [0, 10], **options)
 
 
+@pytest.mark.slow
 def test_figures_look_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
     motion = mv.load(figures(tmp_path)).solve()
     same(page, motion, tmp_path, SMALL, [9])
 
 
+@pytest.mark.slow
 def test_what_changes_in_time_looks_the_same_in_a_browser(page: Any, tmp_path: Path) -> None:
     motion = mv.load(changing(tmp_path)).solve()
     same(page, motion, tmp_path, SMALL, [7, 18])
@@ -108,6 +111,7 @@ def test_what_is_two_pixels_off_does_not_look_the_same(tmp_path: Path, x: int, y
     assert unlike(ImageChops.offset(picture, x, y), picture)[0] > LETTERS.worst
 
 
+@pytest.mark.slow
 def test_a_quarter_of_a_pixel_is_told_from_the_edges(tmp_path: Path) -> None:
     motion = mv.load(ROOT / "scripts" / "locomotive.mov").solve()
     motion.render(tmp_path / "0.png", at=0)

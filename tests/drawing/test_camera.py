@@ -122,6 +122,7 @@ def test_what_is_still_is_where_it_was(tmp_path: Path) -> None:
         assert a.crop((15, 0, 400, 300)).tobytes() == b.crop((15, 0, 400, 300)).tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [EVERYTHING, pytest.param(FIGURES, marks=pytest.mark.slow)], ids=["things", "figures"])
 def test_all_ways_to_draw_show_the_same(text: str, page: Any, tmp_path: Path) -> None:
     everything(tmp_path)  # its picture

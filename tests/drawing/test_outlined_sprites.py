@@ -169,6 +169,7 @@ def _film(folder: Path, drawing_text: str) -> mv.Motion:
     return mv.load(script).solve()
 
 
+@pytest.mark.slow
 def test_films_show_outlines_everywhere(page: Any, tmp_path: Path) -> None:
     motion = _film(tmp_path, f'{HEAD} width="240" height="160">{SHAPES}</svg>')
     for name in ("film.svg", "film.html", "film.pdf"):

@@ -110,6 +110,7 @@ def test_the_poses_are_floats_of_32_bits(tmp_path: Path) -> None:
     assert np.allclose(poses[offset : offset + 11], 9.0 * np.arange(11), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_same_film_has_the_same_bytes(tmp_path: Path) -> None:
     script = everything(tmp_path)
     for name in ("a.html", "b.html", "a.svg", "b.svg"):

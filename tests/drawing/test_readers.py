@@ -63,13 +63,13 @@ def _same(script: Path, reader: Callable[[Path, int], bytes], folder: Path) -> N
     assert (worst <= like.worst, edges <= like.edges) == (True, True), (worst, edges)
 
 
-@pytest.mark.parametrize("reader", READERS)
+@broad("reader", READERS, first=2)
 @broad("name", SCRIPTS, first=1)
 def test_other_readers_see_the_first_frame(name: str, reader: str, tmp_path: Path) -> None:
     _same(ROOT / "scripts" / f"{name}.mov", READERS[reader], tmp_path)
 
 
-@pytest.mark.parametrize("reader", READERS)
+@broad("reader", READERS, first=2)
 def test_other_readers_see_everything(reader: str, tmp_path: Path) -> None:
     _same(everything(tmp_path), READERS[reader], tmp_path)
 

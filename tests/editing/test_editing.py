@@ -95,7 +95,7 @@ def test_every_word_of_the_language_has_help() -> None:
     assert {rule.name for kind in KINDS.values() for rule in kind.options} <= set(OPTION_HELP)
 
 
-@pytest.mark.parametrize("path", SMALL, ids=lambda path: path.stem)
+@broad("path", SMALL, ids=lambda path: path.stem, every=3)
 def test_names_of_the_gallery_are_those_of_the_scene(path) -> None:
     text = path.read_text(encoding="utf-8")
     shown = Project({str(path): text}.get)

@@ -345,6 +345,7 @@ def test_a_png_tells_its_colours_and_its_size(suffix, scale, tmp_path):
         assert inches == pytest.approx([1.0, 0.5], rel=2e-4)
 
 
+@pytest.mark.slow
 def test_the_same_pictures_are_the_same_video(tmp_path):
     """x264 chooses other bits now and then (for this film nearly every other time) unless it is told not to."""
     pytest.importorskip("av")

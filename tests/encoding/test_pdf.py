@@ -65,11 +65,13 @@ def test_the_same_film_gives_the_same_bytes_and_shares_what_pages_have_in_common
     assert len(data) < 21 * 2000
 
 
+@pytest.mark.slow
 def test_texts_are_texts_with_their_numbers_and_characters(film: Path) -> None:
     pages = tool("pdftotext", film / "film.pdf", "-").split("\f")
     assert [page.split("\n")[0] for page in pages[:21]] == [f"θ = {9 * k}° — grün" for k in range(21)]
 
 
+@pytest.mark.slow
 def test_pages_look_like_the_frames(film: Path) -> None:
     tool("pdftoppm", "-r", "384", "-png", film / "film.pdf", film / "page")
     for k in (0, 7, 20):

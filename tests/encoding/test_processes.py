@@ -44,6 +44,7 @@ def test_bytes_do_not_depend_on_workers_nor_on_chunks(tmp_path, suffix):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.slow
 def test_many_things_and_large_pieces_do_not_block_each_other(tmp_path):
     # a run of 300 things is more than a pipe holds, and so are its pieces
     rng = np.random.default_rng(7)
@@ -59,6 +60,7 @@ def test_many_things_and_large_pieces_do_not_block_each_other(tmp_path):
         assert image.n_frames == 240
 
 
+@pytest.mark.slow
 def test_spawned_workers_do_the_same(tmp_path, monkeypatch):
     made, where = moving(tmp_path, frames=70)
     painter = make_painter(made, where, PictureOptions(traces=(AnchorRef(1, 1),)))

@@ -71,17 +71,18 @@ def _same_as_fresh(path: Path, text: str, seed: int, count: int) -> None:
             assert answer(revision) == answer(Engine().revise(source)), (number, after)
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
+@broad("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))], first=1)
 def test_answers_do_not_depend_on_what_was_typed_before(seed: int) -> None:
     _same_as_fresh(Path("steps.mov"), STEPS, seed, 12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 5))])
 def test_nor_do_they_where_motion_is_free(seed: int) -> None:
     _same_as_fresh(Path("free.mov"), FREE, seed, 8)
 
 
-@pytest.mark.parametrize(
+@broad(
     "path",
     [
         pytest.param(path, marks=[pytest.mark.slow] * (number % 16 != 0))
@@ -89,6 +90,7 @@ def test_nor_do_they_where_motion_is_free(seed: int) -> None:
         if number % 4 == 0
     ],
     ids=lambda path: path.stem,
+    first=1,
 )
 def test_nor_do_they_for_mechanisms(path: Path) -> None:
     _same_as_fresh(path, path.read_text(encoding="utf-8"), 7, 4)
@@ -207,6 +209,7 @@ def test_another_inequality_leaves_the_equations_as_they_were(name: str, monkeyp
     assert not searched
 
 
+@pytest.mark.slow
 def test_what_was_not_used_for_long_is_forgotten() -> None:
     engine = _engine()
     kept: list[int] = []
@@ -223,6 +226,7 @@ def test_what_was_not_used_for_long_is_forgotten() -> None:
 # --- places ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_places_follow_the_text() -> None:
     text = STEPS.replace("Rocker.D = [90,0];", "")
     engine = _engine(text)
@@ -233,6 +237,7 @@ def test_places_follow_the_text() -> None:
     assert warned == [item for item in Engine().revise(source).diagnostics if item.span is not None]
 
 
+@pytest.mark.slow
 def test_the_first_picture_looks_for_no_pose_but_the_one_next_to_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also of a mechanism with more equations than unknowns, of which a path lists all poses."""
     path = ROOT / "scripts" / "locomotive.mov"

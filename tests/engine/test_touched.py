@@ -11,6 +11,7 @@ import pytest
 from movimentum.solver.poses import Poses
 from movimentum.source import SourceText
 from movimentum.workflow.engine import Engine, Revision
+from tests.broad import broad
 from tests.engine.families import bars, dyads
 from tests.engine.test_engine import _counting  # pyright: ignore[reportPrivateUsage]
 
@@ -35,7 +36,7 @@ def _crank(number: int, spacing: float, length: float, speed: float) -> list[flo
     return [spacing * number + length * math.cos(turn), length * math.sin(turn)]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@broad("seed", range(4), first=3)
 def test_driven_bars_stand_where_their_angles_say(seed: int) -> None:
     random, engine, count = Random(seed), Engine(), 8
     speeds, lengths = [60.0 + n for n in range(count)], [20.0] * count

@@ -165,6 +165,7 @@ def test_geogebra_read_back():
     )
 
 
+@pytest.mark.slow
 def test_what_follows_a_wish_has_no_program():
     with pytest.raises(ScriptError, match="follows a wish"):
         program_of(read(str(SCRIPTS / "peaucellier-linkage.mov")), Choices(), ())

@@ -232,6 +232,7 @@ def test_what_other_languages_read_otherwise():
     assert excel(sympy.ceiling(x) + sympy.Abs(y) + sympy.Max(x, y)).upper() == "ABS(Y) - INT(-X) + MAX(X, Y)"
 
 
+@pytest.mark.slow
 def test_names_stay_apart():
     program = program_of(read(str(SCRIPTS / "two-stroke.mov")), Choices(), ())
     for language in (formulas.geogebra, formulas.desmos):

@@ -242,6 +242,7 @@ def test_ten_thousand_turns_a_frame_through_change_points():
     assert np.max(np.abs(poses.angle[1] - poses.angle[0])) < 1e-6
 
 
+@pytest.mark.slow
 def test_what_is_too_fast_to_be_followed_is_told():
     motion = motion_of(PARALLELOGRAM.format(speed=36_000_100, end=1))
     found = [d for d in examine(motion).diagnostics if d.code == "solve/too-fast"]
@@ -316,6 +317,7 @@ def test_a_segment_of_a_trillionth():
     assert off < 1e-8
 
 
+@pytest.mark.slow
 def test_hundreds_of_steps():
     steps = " ".join(f"@{k} C.angle={(k % 2) * 90} + {90 * (1 - 2 * (k % 2))}*.t;" for k in range(1, 200))
     _, poses = solved(

@@ -11,6 +11,7 @@ import click
 import pytest
 
 from movimentum.repl.shell import COMMANDS
+from tests.broad import broad
 from tests.families.anything import ENDLESS, KINDS, command_line, debugger_line, kind_of, leaves, made
 from tests.families.forked import Tried, tried, tried_input, warm
 
@@ -21,7 +22,7 @@ def assert_sound(found: Tried, about: object) -> None:
     assert not found.faults, (about, found.faults, found.codes, found.said[-3000:])
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("grammar", "character")])
+@broad("kind", [kind for kind in KINDS if kind not in ("grammar", "character")], every=4)
 def test_a_few_inputs_of_each_kind(tmp_path: Path, kind: str) -> None:
     for seed in range(3):
         assert_sound(tried_input(kind, seed, tmp_path), (kind, seed))
@@ -37,7 +38,7 @@ def test_many_inputs(tmp_path: Path, block: int) -> None:
         assert_sound(tried_input(kind, seed, tmp_path), (kind, seed))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@broad("kind", KINDS, every=3)
 def test_an_input_is_the_same_whenever_it_is_made(tmp_path: Path, kind: str) -> None:
     folders = [tmp_path / name for name in "ab"]
     lines: list[Sequence[Sequence[str]]] = []
@@ -62,6 +63,7 @@ def test_every_option_and_every_command_of_the_debugger_is_tried() -> None:
     assert set(COMMANDS) <= typed
 
 
+@pytest.mark.slow
 def test_what_must_not_be_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The judge itself: a fault of ours, an endless loop and a lot of memory do not pass."""
     import tests.families.forked as forked

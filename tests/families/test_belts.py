@@ -127,7 +127,7 @@ I : .disc({idle}) O = [250,{height}];
         assert round_trip(moved) == pytest.approx(total + 6.0 * t, abs=1e-9)
 
 
-@pytest.mark.parametrize("turns", [1, 2.5, 7, 100])
+@broad("turns", [1, 2.5, 7, 100], first=1)
 @pytest.mark.parametrize("fps", [3, 8])
 def test_a_capstan_takes_up_as_many_rounds_as_its_hauler_goes(turns, fps):
     """The free end is led round a fixed drum; the load comes up by what is wound."""

@@ -11,6 +11,7 @@ OFF = 3e-8
 """Of the scene's size: where a rhombus is folded flat half of all digits are lost."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "seed"), [(4, 1), pytest.param(14, 2, marks=pytest.mark.slow)])
 def test_the_limit_comes_from_both_sides(count, seed):
     wrong = []

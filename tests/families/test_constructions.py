@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 Point = tuple[mp.mpf, mp.mpf]
 Points = dict[str, Point]
@@ -165,7 +166,7 @@ def _verify_least(kind: str, text: str, drawn: dict[str, tuple[int, int]], place
     assert np.max(np.abs(left)) < 1e-3 * max(np.max(np.abs(way)), 1.0), (text, left)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@broad("kind", KINDS, every=6)
 def test_constructions_are_found_as_near_as_can_be_to_the_drawing(kind: str):
     _verify(kind, len(kind))
 

@@ -129,6 +129,7 @@ def too_many(name: str, seed: int) -> tuple[str, str]:
     return f"{text}\n{added};\n@1\n", added
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param("walschaerts", marks=pytest.mark.slow), "stephenson"])
 def test_one_distance_too_many_in_a_valve_gear(name):
     for seed in range(1):

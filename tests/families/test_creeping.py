@@ -84,7 +84,7 @@ def _binding_crank(seed: int, turns: int) -> tuple[str, list[tuple[float, float]
     return text, [((k + angle / 360) / turns, (k + 1 - angle / 360) / turns) for k in range(turns)]
 
 
-@pytest.mark.parametrize(("seed", "turns"), [(1, 30), (2, 60), pytest.param(3, 190, marks=pytest.mark.slow)])
+@broad(("seed", "turns"), [(1, 30), (2, 60), pytest.param(3, 190, marks=pytest.mark.slow)], first=1)
 def test_many_binds_are_all_found_and_take_work_in_proportion(seed: int, turns: int) -> None:
     text, gaps = _binding_crank(seed, turns)
     (segment_motion, *_) = motion_of(text).segments

@@ -34,6 +34,7 @@ M : .bar E=[-86,0] A=[-58,62];    N : .bar F=[86,0] B=[58,62];
 """
 
 
+@pytest.mark.slow
 @broad("drive", [10, -10], first=1)
 @pytest.mark.parametrize("order", [1, *(pytest.param(order, marks=pytest.mark.slow) for order in (0, 2))])
 def test_that_can_be_left_is_left(drive, order):
@@ -47,6 +48,7 @@ def test_that_can_be_left_is_left(drive, order):
     assert motion["P.C"] == pytest.approx(other["P.C"], abs=1e-8)
 
 
+@pytest.mark.slow
 @broad("drive", [10, -10], first=1)
 @pytest.mark.parametrize("order", [1, *(pytest.param(order, marks=pytest.mark.slow) for order in (0, 2))])
 def test_that_is_a_dead_end_is_told_as_one_and_is_a_frame(drive, order):

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import movimentum as mv
+from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 300);\nD : .disc(3) C = [0,0];\n"
 KINDS: dict[str, Callable] = {}
@@ -218,7 +219,7 @@ def off(name: str, seed: int) -> float:
     return float(np.max(np.abs(found - right) / np.maximum(np.max(np.abs(right), axis=1, keepdims=True), 1e-300)))
 
 
-@pytest.mark.parametrize("name", KINDS)
+@broad("name", KINDS, every=6)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 6))])
 def test_equations_of_motion(name: str, seed: int) -> None:
     assert off(name, seed) < NEAR

@@ -30,6 +30,7 @@ from movimentum.workflow.check import check
 from movimentum.workflow.choices import Choices
 from movimentum.workflow.engine import Engine
 from movimentum.workflow.fixes import diagnosed, with_fixes
+from tests.broad import broad
 from tests.command import ROOT
 from tests.families.scripts_in_tests import scripts
 from tests.families.spoiled import LAYOUTS, Spoiled, spoiled
@@ -129,6 +130,7 @@ def test_there_are_many_scripts() -> None:
     assert len(ALL) > 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, PARTS))])
 def test_every_fix_for_every_script_in_the_tests_works(part: int, room: Path) -> None:
     for text in ALL[part::PARTS]:
@@ -164,6 +166,7 @@ FEW = cases(("four-bar",), ("CRLF",), (0,))
 MORE = cases(QUICK, tuple(LAYOUTS), (0, 1, 2)) + cases(OTHERS, tuple(LAYOUTS), (0, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "layout", "place"),
     [*FEW, *(pytest.param(*case, marks=pytest.mark.slow) for case in MORE if case not in FEW)],
@@ -221,6 +224,7 @@ L : .bar O = [0,0] P = [60,0];  R : .bar O = [100,0] P = [100,70];  C : .bar A =
 """
 
 
+@pytest.mark.slow
 def test_a_length_is_offered_with_which_the_mechanism_reaches_all_the_way(room: Path) -> None:
     told, _ = checked(REACH.format(speed=60), room)
     (bound,) = (item for item in told if item["code"] == "solve/unreachable")
@@ -393,7 +397,7 @@ OTHER_SCRIPTS = {
 }
 
 
-@pytest.mark.parametrize("kind", OTHER_SCRIPTS)
+@broad("kind", OTHER_SCRIPTS, every=3)
 def test_there_is_a_fix_that_works(kind: str, room: Path) -> None:
     assert assert_all_work(OTHER_SCRIPTS[kind], room) > 0
 
@@ -466,6 +470,7 @@ def test_trying_a_fix_leaves_its_helps_untried(monkeypatch: pytest.MonkeyPatch) 
     assert asked == [Advice.PLAIN] * 3
 
 
+@pytest.mark.slow
 def test_a_fix_is_at_its_place_after_other_edits(room: Path) -> None:
     """The motion of the same statements is taken over; the edits are those of the text as it is."""
     engine = Engine()

@@ -46,7 +46,7 @@ def freedom_of(made: Framework, seed: int) -> int:
     return step_of(linkage_script(linkage, "drawn.txt")).freedom
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@broad("name", FIGURES, every=3)
 def test_figures_of_the_page_on_rigidity(name: str) -> None:
     made, freedom = FIGURES[name]
     assert made.freedom() == freedom

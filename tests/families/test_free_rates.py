@@ -40,6 +40,7 @@ def judge(seed, kinds=slice(None)):
             )
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_path():
     judge(0, slice(1, None, 6))  # what trails, and what follows a velocity
 
@@ -85,6 +86,7 @@ def test_a_derivative_is_one_sided_at_a_kink_in_all_its_parts():
     assert (float(last["u"][-1]), float(last["w"][-1])) == (1.0, -1.0)  # in the last frame: as it came there
 
 
+@pytest.mark.slow
 def test_the_length_of_the_way_is_the_integral_of_the_speed():
     text = ROD + "@0 Rod.P=[0,0]; Rod.angle=40*.t; Tail.P=Rod.Q; v=.d(Tail.Q); way=.i(v.l); @1"
     motion = mv.loads(text.replace(".config(10)", ".config(100)")).solve()
@@ -118,6 +120,7 @@ def test_a_derivative_that_nothing_tells_is_told(code, statements):
     assert "'" not in found.message  # no unknown of the solver
 
 
+@pytest.mark.slow
 def test_variants_have_the_rates_of_their_own_scripts():
     text = ".let R = 60; " + ROD + "@0 Rod.P=[0,0]; Rod.Q ~ [0,R]; v=.d(Rod.Q); .claim v.l < 1e6; @2"
     swept = mv.loads(text).sweep({"R": [60, 80]}, measure={"top": ".max(v.l)"})

@@ -32,6 +32,7 @@ def codes(text: str, folder: Path) -> list[int]:
         ]
 
 
+@pytest.mark.slow
 @settings(
     max_examples=8,
     derandomize=True,
@@ -73,6 +74,7 @@ def test_nor_by_the_command(tmp_path: Path) -> None:
             assert "Warning" not in done.stderr
 
 
+@pytest.mark.slow
 def test_every_rule_and_every_terminal_is_spelled() -> None:
     """The generator reaches all of the grammar, so that new syntax is tried the day it is added."""
     speller = Speller(random.Random(1))

@@ -47,6 +47,7 @@ def test_these_are(tmp_path: Path, kind: str) -> None:
     assert load_premultiplied(str(tmp_path / "wheel.any")).size == (9, 7)
 
 
+@pytest.mark.slow
 @broad(("width", "height"), [(1, 4_000_000), (4_000_000, 1), (7000, 9000)], first=1)
 @pytest.mark.parametrize("scale", [1, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_odd_pictures_cost_what_is_drawn(tmp_path: Path, width: int, height: int, scale: float) -> None:

@@ -66,6 +66,7 @@ def off(seed):
     return abs(script.solve()["x"][-1] - float(exact)), inside
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(12), pytest.param(range(12, 400), marks=pytest.mark.slow)])
 def test_integrals_of_what_jumps_are_those_of_its_pieces(seeds):
     for seed in seeds:

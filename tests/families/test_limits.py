@@ -59,6 +59,7 @@ def frames_inside(case, motion, times):
     return inside, near
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "seed"), [(6, 1), pytest.param(60, 2, marks=pytest.mark.slow)])
 def test_driven_past_a_reach(count, seed):
     wrong = {}

@@ -51,11 +51,13 @@ def _family(forms: list[str], seeds: range) -> list[tuple[str, float]]:
     return found
 
 
+@pytest.mark.slow
 def test_poles_are_told_with_the_time() -> None:
     for inside, place in _family(POLES, range(4)):
         assert_pole(inside, place)
 
 
+@pytest.mark.slow
 def test_a_pole_through_what_is_solved_for() -> None:
     assert_pole("1/(A.Q.x - 7)", 0.5, "2*.acos(0.7)*.t")
 

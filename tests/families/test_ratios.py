@@ -58,7 +58,7 @@ class Levers:
 
 
 @pytest.mark.parametrize("drawn_there", [True, False])
-@pytest.mark.parametrize(("size", "far"), [(1.0, 0.0), (1e-3, 1e5), (1e4, 0.0)])
+@broad(("size", "far"), [(1.0, 0.0), (1e-3, 1e5), (1e4, 0.0)], first=1)
 @broad("seed", range(6), first=2)
 def test_a_lever_begins_where_it_is_drawn_or_wished(seed, size, far, drawn_there):
     levers = Levers(seed, size, far)

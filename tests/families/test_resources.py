@@ -78,6 +78,7 @@ def drawn_bars(count: int) -> str:
     return f".config(10, 60, 40);\n{things}@0 {stated}@1"
 
 
+@pytest.mark.slow
 def test_wishes_that_are_not_connected_are_followed_and_told_each_for_itself(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 from movimentum.analysis.examine import examine
 from movimentum.analysis.invariance import at_other_rate, frame_rate_diagnostics
 from movimentum.diagnostics import Severity
+from tests.broad import broad
 from tests.families.judging import errors_of, solved_as_written
 from tests.families.runaways import cases
 from tests.solver.scenes import anchor
@@ -69,6 +70,7 @@ def wrong_about(case, rate):
     return wrong
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "seed"), [(6, 1), pytest.param(400, 2, marks=[pytest.mark.slow, pytest.mark.long])])
 def test_what_runs_away_is_told_and_comes_back(count, seed):
     wrong = {}
@@ -84,7 +86,7 @@ PIN = """Arm : .bar O=[0,0] A=[60,20]; Pin : .disc(4) C=[20,100];
 @0 Arm.O=[0,0]; Arm.angle={start}+100*.t; Pin.C=[_,100]; .across(Pin.C, Arm.O, Arm.A)=0; @2"""
 
 
-@pytest.mark.parametrize("rate", [7, 10, 20, 100])
+@broad("rate", [7, 10, 20, 100], first=1)
 @pytest.mark.parametrize("at", [0.0, 0.3, 1.5, 1.5656505])
 def test_one_message_at_any_frame_rate(rate, at):
     start = 180.0 - np.degrees(np.arctan2(20, 60)) - 100.0 * at

@@ -85,6 +85,7 @@ def survives(seed: int) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_torn_formulas_are_refused_or_can_be_checked() -> None:
     assert sum(survives(seed) for seed in range(150)) >= 10
 

@@ -91,6 +91,7 @@ def off_after_a_round_trip(motion: PathMotion) -> float | None:
     return worst
 
 
+@pytest.mark.slow
 def test_chains_that_were_exported_give_the_same_poses_when_they_are_imported() -> None:
     found = [off_after_a_round_trip(imported(formulas_of(chain(seed), seed))) for seed in range(10)]
     assert max(off for off in found if off is not None) < 1e-9

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from movimentum.cli.app import run_command_line
+from tests.broad import broad
 
 SCRIPT = """\
 // a comment that stays
@@ -46,6 +47,7 @@ def test_standard_output_is_the_script(script, capsys):
     assert capsys.readouterr().out == SCRIPT.replace("R = 30 ", "R = 50 ").replace("Q=7 ", "Q=6 ")
 
 
+@pytest.mark.slow
 def test_constants_are_chosen_and_set(script, tmp_path, capsys):
     target = tmp_path / "fitted.mov"
     assert run_command_line(["fit", str(script), "--vary", "R=10:40", "-o", str(target)]) == 0
@@ -61,6 +63,7 @@ def test_constants_are_chosen_and_set(script, tmp_path, capsys):
     assert "R =" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_writes_nothing(script, tmp_path, capsys):
     script.write_text(SCRIPT.replace("> -1;", "> 10;"))
     target = tmp_path / "fitted.mov"
@@ -164,8 +167,10 @@ Crank : .bar O = [0, 0] P = [r, 0];  Rod : .bar A = [r, 0] B = [r + l, 0];
 """
 
 
-@pytest.mark.parametrize(
-    ("goals", "free"), [("", 2), (".goal .max(Rod.B.x) = 180;", 1), (".goal .max(Rod.B.x) = 180; .goal e = 3;", 0)]
+@broad(
+    ("goals", "free"),
+    [("", 2), (".goal .max(Rod.B.x) = 180;", 1), (".goal .max(Rod.B.x) = 180; .goal e = 3;", 0)],
+    first=1,
 )
 def test_how_much_the_goals_leave_free_is_told(tmp_path, capsys, goals, free):
     path = tmp_path / "crank.mov"

@@ -35,6 +35,7 @@ def best_uniform(angle):
 SLOWLY = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=SLOWLY) for seed in (1, 2))])
 @broad(
     "spelling",
@@ -57,7 +58,7 @@ def test_the_nearest_in_every_frame_is_that_of_linear_programming(seed, spelling
     assert outcome.value == pytest.approx(scale[0] + scale[1] * best_uniform(angle), abs=1e-5)
 
 
-@pytest.mark.parametrize(
+@broad(
     ("goals", "constants"),
     [
         (".goal R .largest; .goal R = 20;", {"R": 20.5}),  # 2 (R - 20) = 1
@@ -70,6 +71,7 @@ def test_the_nearest_in_every_frame_is_that_of_linear_programming(seed, spelling
         ("@0.5 .goal R .smallest; @1 .goal R = _;", {"R": 10.0}),
         (".goal R .smallest; @0.5 .goal R = 20; @1", {"R": 19.5}),
     ],
+    every=7,
 )
 def test_a_largest_value_is_weighed_against_squares(goals, constants):
     found = mv.loads(ARM.format(angle=0, goals=goals)).fit()

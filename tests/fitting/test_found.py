@@ -301,6 +301,7 @@ def test_the_time_at_the_end_of_a_goal_is_that_of_both_sides(aim):
     assert found.constants["R"] == pytest.approx(10 / (1 - 0.25) if "asin" in aim else 50.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_told_with_the_nearest():
     found = mv.loads(ARM.format(".require Arm.P.y < 20; .require Arm.P.x + Arm.P.y > 50;")).fit()
     assert not found.met
@@ -335,6 +336,7 @@ def test_gears_are_fitted_one_by_one():
     assert script.with_constants(found.constants).solve()["Planet.P"][:, 1].max() == pytest.approx(21.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_it_is_reproducible_and_seeds_differ():
     text = ARM.format(".goal Arm.P.y.at(1) = 50; .goal Arm.P.x.at(0) = 20;")
     script = mv.loads(text)

@@ -6,6 +6,7 @@ import json
 import re
 
 import numpy as np
+import pytest
 
 from movimentum.cli.app import run_command_line
 from movimentum.fitting.fit import make_job, make_problem
@@ -29,6 +30,7 @@ def told(tmp_path, capsys, *options, ends="20, 60", lets="", goals="") -> tuple[
     return json.loads(captured.out), captured.err
 
 
+@pytest.mark.slow
 def test_a_proposed_range_keeps_the_other_constants_and_does_better(tmp_path, capsys):
     given = {"lets": ".let S = 3 .range(0, 30);", "goals": ".goal .max(Arm.P.x) = 70; .goal S + R = 75;"}
     found, err = told(tmp_path, capsys, **given)
@@ -39,6 +41,7 @@ def test_a_proposed_range_keeps_the_other_constants_and_does_better(tmp_path, ca
     assert {each["name"] for each in better["constants"]} == {"R", "S"}
 
 
+@pytest.mark.slow
 def test_no_range_is_proposed_beyond_the_film(tmp_path, capsys):
     lets, goals = ".let t1 = 0.5 .range(0.5, 1);", ".goal Arm.P = [50*.cos(340), 50*.sin(340)] .at(t1);"
     _, err = told(tmp_path, capsys, lets=lets, goals=goals)

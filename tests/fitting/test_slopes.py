@@ -125,6 +125,7 @@ One   : .bar A = [0, 0] B = A + [b, 0];            Other : .bar A = [0, 0] B = A
 """
 
 
+@pytest.mark.slow
 def test_slopes_of_what_is_solved_one_by_one_are_its_equations():
     """Gears: by the implicit function theorem where the way does not matter, and the same as differences."""
     problem = make_problem(make_job(SourceText("gears", GEARS), Choices(), {}))
@@ -172,6 +173,7 @@ A : .bar O = [0, 0] P = [L, 0]; B : .bar P = [0, 0] Q = [M, 0];
 @1"""
 
 
+@pytest.mark.slow
 def test_free_motions_are_evaluated_together_as_by_themselves():
     problem = make_problem(make_job(SourceText("arm", FOLLOWED), Choices(), {}))
     assert problem.reason is None

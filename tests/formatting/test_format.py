@@ -152,12 +152,14 @@ def test_what_would_be_read_differently_without_a_space() -> None:
     same("@0 x = - - 3 - -.t; y = .t* -2; .goal x .largest .weight( 3 ); z = { a<3:4;a > 5 : 6 ; 7 };")
 
 
+@pytest.mark.slow
 def test_long_scripts_take_time_in_proportion() -> None:
     one_line = "".join(f"Rod{n} : .bar A = [{n},0] B = [0,{n}];" for n in range(150))
     same(one_line)
     same(one_line.replace(";", ";\n"))
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.sampled_from(SMALL), st.integers(0, 10**9), st.floats(0, 1))
 def test_white_space_and_comments_anywhere(path, seed: int, share: float) -> None:

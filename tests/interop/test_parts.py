@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from movimentum.cli.app import run_command_line
+from tests.broad import broad
 
 ezdxf = pytest.importorskip("ezdxf")
 
@@ -65,7 +66,7 @@ def solids(path: Path) -> dict[str, list[list[tuple[float, ...]]]]:
     return found
 
 
-@pytest.mark.parametrize("target", ["all.stl", "part-%s.stl"])
+@broad("target", ["all.stl", "part-%s.stl"], first=1)
 def test_solids_are_closed_and_have_their_volume(folder: Path, target: str) -> None:
     assert run(folder, "export", "m.mov", "-o", target, "--thickness", "3", "-q") == 0
     found = {name: triangles for path in folder.glob("*.stl") for name, triangles in solids(path).items()}
@@ -99,6 +100,7 @@ def test_a_drawing_passes_the_audit_and_has_the_pose_of_its_time(folder: Path) -
     assert (folder / "m.dxf").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_what_was_drawn_is_read_back(folder: Path) -> None:
     assert run(folder, "export", "m.mov", "-o", "m.dxf", "-q") == 0
     assert run(folder, "import", "m.dxf", "-o", "back.mov", "-q") == 0
@@ -249,6 +251,7 @@ def test_parts_are_equal_whatever_their_anchors_are_called_and_only_then(folder:
     assert counts == {"A": 3, "B": 3, "Flipped": 3, "Other": 1, "Small": 1, "Large": 1}
 
 
+@pytest.mark.slow
 def test_a_hole_as_wide_as_its_part_is_left_out_and_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(folder, "export", "m.mov", "-o", "m.stl", "--thickness", "3", "--hole", "10") == 0
     said = capsys.readouterr().err

@@ -97,6 +97,7 @@ def solved(script, given):
     return motion, next((k for k, good in enumerate(motion.solved) if not good), len(motion.solved))
 
 
+@pytest.mark.slow
 def test_poses_are_those_of_solve_also_where_it_binds():
     script = mv.loads(FOUR_BAR)
     figure, film = follower(script, "R", "L", "phase")

@@ -64,6 +64,7 @@ def applied(text: str, edits: list[dict]) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_a_session_begins_and_ends(client: Client, tmp_path: Path) -> None:
     able = client.abilities["capabilities"]
     for name in ("completion", "hover", "definition", "references", "rename", "documentFormatting", "semanticTokens"):
@@ -79,6 +80,7 @@ def test_a_session_begins_and_ends(client: Client, tmp_path: Path) -> None:
     assert b"".join(client.errors) == b""
 
 
+@pytest.mark.slow
 def test_positions_are_in_utf_16(client: Client) -> None:
     where = "untitled:Untitled-1"
     client.open(where, ODD)
@@ -138,6 +140,7 @@ def shared() -> Iterator[Client]:
     running.kill()
 
 
+@pytest.mark.slow
 def test_a_fault_has_its_fixes(client: Client) -> None:
     where = "untitled:a"
     text = CRANK.replace(".bar O", ".barr O")
@@ -154,6 +157,7 @@ def test_a_fault_has_its_fixes(client: Client) -> None:
     assert client.diagnostics(where, lambda found: not found) == []
 
 
+@pytest.mark.slow
 def test_parts_and_includes_as_they_are_in_the_editor(client: Client, tmp_path: Path) -> None:
     part, main = tmp_path / "part.mov", tmp_path / "main.mov"
     part.write_text(".let len = 30;\n.part P() { b : .bar A = [0,0] B = A + [len,0]; @0 b.A = [0,0]; b.angle = 0; }\n")
@@ -176,6 +180,7 @@ def test_parts_and_includes_as_they_are_in_the_editor(client: Client, tmp_path: 
     assert client.diagnostics(uri(main), lambda found: found)
 
 
+@pytest.mark.slow
 def test_names_that_clash_or_are_none(client: Client) -> None:
     client.open("untitled:a", CRANK)
     line, column = place(CRANK, "Rod.A")
@@ -189,6 +194,7 @@ def test_names_that_clash_or_are_none(client: Client) -> None:
         assert "name" in answer["error"]["message"], name
 
 
+@pytest.mark.slow
 def test_completion_and_hover(client: Client) -> None:
     text = CRANK.replace("Rod.A = Crank.P;", "Rod.A = Crank.;")
     client.open("untitled:a", text)
@@ -215,6 +221,7 @@ def test_completion_and_hover(client: Client) -> None:
     assert [(hint["label"], hint["position"]["line"]) for hint in hints] == [(" = 6", 0)]
 
 
+@pytest.mark.slow
 def test_a_picture(client: Client, tmp_path: Path) -> None:
     client.open("untitled:a", CRANK)
     made = client.ask(
@@ -255,6 +262,7 @@ def test_a_text_broken_anywhere(name: str, shared: Client) -> None:
     shared.close(where)
 
 
+@pytest.mark.slow
 def test_answers_while_it_solves_and_the_newest_text_wins(client: Client) -> None:
     """What it takes is printed with `-s`, and not asserted."""
     script = ROOT / "scripts" / "walschaerts.mov"
@@ -281,6 +289,7 @@ def test_answers_while_it_solves_and_the_newest_text_wins(client: Client) -> Non
     assert client.diagnostics(where, lambda found: not found) == []
 
 
+@pytest.mark.slow
 def test_what_is_cancelled_is_answered_once_and_the_session_goes_on(client: Client) -> None:
     """The protocol: a cancelled request has an answer all the same, a result or the error RequestCancelled (-32800)."""
     script = ROOT / "scripts" / "walschaerts.mov"
@@ -302,6 +311,7 @@ def test_what_is_cancelled_is_answered_once_and_the_session_goes_on(client: Clie
     assert not [each for each in client.told if each.get("id") in asked and "method" not in each]
 
 
+@pytest.mark.slow
 def test_folders_of_the_workspace_come_move_and_go(tmp_path: Path) -> None:
     (tmp_path / "a").mkdir()
     folders = [{"uri": uri(tmp_path / "a"), "name": "a"}]

@@ -13,6 +13,7 @@ from movimentum import stages
 from movimentum.errors import ScriptError
 from movimentum.outlines.lines import polygon, there_and_back
 from movimentum.outlines.nearest import Nearest
+from tests.broad import broad
 from tests.understand import timeline_of
 
 HEAD = ".config({fps}, 400, 400);\n"
@@ -77,7 +78,7 @@ R : .disc({size}) C = [{200 + side},{start}];
     assert solved(script, fps=2)["R.C.y"] == pytest.approx(heights[::5], abs=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@broad("seed", range(3), first=1)
 def test_flat_faces_on_random_laws_are_at_the_support(seed):
     text, radius = law(seed)
     motion = solved(f"""Cam : .curve C = [200,100] .polar(th, {text});
@@ -137,7 +138,7 @@ P : .disc(4) P = [250,200];
         assert np.minimum(apart, 1.0 - apart).min() < 1e-4
 
 
-@pytest.mark.parametrize(("a", "b"), [(80, 50), (60, 55), (70, 30)])
+@broad(("a", "b"), [(80, 50), (60, 55), (70, 30)], first=1)
 def test_ellipses_roll_about_their_foci(a, b):
     c = math.sqrt(a * a - b * b)
     ellipse = f".param(u, [{c} + {a}*.cos(u), {b}*.sin(u)])"
@@ -190,7 +191,7 @@ def test_a_point_sees_edges_and_corners_from_both_sides(corners):
         assert value == pytest.approx(truth, abs=1e-9)
 
 
-@pytest.mark.parametrize(("size", "codes"), [(2.4, []), (12, ["contact/undercut"])])
+@broad(("size", "codes"), [(2.4, []), (12, ["contact/undercut"])], first=1)
 def test_a_roller_that_is_larger_than_a_hollow_is_told(size, codes):
     text = f"""Cam : .curve C = [200,100] .polar(th, 40 + 20*.cos(3*th));   R : .disc({size}) C = [200,190];
 @0 Cam.C = [200,100]; Cam.angle = 90*.t; R.C.x = 200; R.C.y > 100; .gap(R, Cam) = 0;

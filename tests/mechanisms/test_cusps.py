@@ -11,6 +11,7 @@ import pytest
 import shapely
 
 import movimentum as mv
+from tests.broad import broad
 
 CURVES = {
     "astroid": "[S*.cos(u)^3, S*.sin(u)^3]",
@@ -28,7 +29,7 @@ def points_of(name: str, size: float, angles: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("way", [1, -1])
 @pytest.mark.parametrize("size", [0.4, 40.0, 4000.0])
-@pytest.mark.parametrize("name", CURVES)
+@broad("name", CURVES, first=1)
 def test_distances_from_curves_with_cusps(name: str, size: float, way: int) -> None:
     """They have the right sign and size everywhere, whichever way round the curve is told."""
     text = CURVES[name].replace("S", repr(size)).replace("u)", f"({way}*u))")
@@ -47,7 +48,7 @@ def test_distances_from_curves_with_cusps(name: str, size: float, way: int) -> N
     assert set(np.sign(found[inside])) == {-value for value in set(np.sign(found[~inside]))}
 
 
-@pytest.mark.parametrize("size", [0.01, 1.0, 1000.0])
+@broad("size", [0.01, 1.0, 1000.0], first=1)
 @pytest.mark.parametrize("begin", [0.0, -3.0, 2.0])
 @pytest.mark.parametrize("order", [">", ">="])
 def test_a_roller_goes_round_the_tip_of_an_astroid(begin: float, order: str, size: float) -> None:

@@ -38,7 +38,7 @@ W : .disc({radius}) C = [{200 + far},200] P = [{205 + far},200];
     assert motion["g"] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("ring", RINGS)
+@broad("ring", RINGS, first=1)
 def test_a_wheel_rolls_around_the_outside_of_a_ring(ring):
     motion = loaded(f"""{RINGS[ring].format(hole=80)}   W : .disc(20) C = [330,200] P = [340,200];
 @0 Ring.C = [200,200]; Ring.angle = 0; W.C = [200,200] + [130,0].r(90*.t); .roll(W, Ring) = 0;

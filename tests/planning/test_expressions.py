@@ -82,6 +82,7 @@ def expressions(depth=4):
     return st.recursive(leaf, extend, max_leaves=2**depth)
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(expressions())
 def test_generated_code_computes_what_the_nodes_say(root):
@@ -93,6 +94,7 @@ def test_generated_code_computes_what_the_nodes_say(root):
     assert np.broadcast_to(many, 5) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(expressions(), st.sampled_from([0, 1, 2]))
 def test_derivatives_agree_with_differences(root, unknown):
@@ -116,6 +118,7 @@ def test_what_is_affine_is_told_from_what_only_has_a_constant_slope() -> None:
     assert affine(ex.div(y, x), 0) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(expressions())
 def test_polynomials_are_the_same_function(root):

@@ -50,6 +50,7 @@ def test_a_measure_leaves_a_large_block_as_it_is(measure: str) -> None:
     assert b.solved.all()
 
 
+@pytest.mark.slow
 def test_a_measure_is_right_and_can_be_wished_for() -> None:
     motion = solved(f"turned = {FIRST}.angle;")
     poses = motion.poses(0, motion.timeline.frame_count)

@@ -48,7 +48,7 @@ def edits(text, count, seed):
         yield text[: m.start()] + repr(float(m[0]) * 1.0007) + text[m.end() :]
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(EDITS, marks=pytest.mark.slow)])
+@broad("count", [1, pytest.param(EDITS, marks=pytest.mark.slow)], first=3)
 @broad("path", sorted(SCRIPTS.glob("*.mov")), every=6, ids=lambda path: path.stem)
 def test_another_number_compiles_nothing(path, count):
     text = path.read_text(encoding="utf-8")

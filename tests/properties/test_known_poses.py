@@ -34,6 +34,7 @@ def test_the_known_pose_is_found_and_the_motion_satisfies_its_constraints(built)
     assert examine(motion).fault == 0
 
 
+@pytest.mark.slow
 @STEADY
 @given(
     st.integers(0, 10**6),
@@ -67,6 +68,7 @@ def test_more_frames_keep_those_there_were(built, times):
     assert np.max(np.abs(fine.origin[:, ::times] - coarse.origin)) < 1e-9
 
 
+@pytest.mark.slow
 @STEADY
 @given(known_poses(), st.randoms(use_true_random=False))
 def test_the_order_of_statements_does_not_matter(built, random):

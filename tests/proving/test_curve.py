@@ -106,6 +106,7 @@ Cog : .bar C = [0,0] D = C + [0,-80];
 """
 
 
+@pytest.mark.slow
 def test_coefficients_with_roots():
     source = SourceText("rooted.mov", ROOTED)
     for anchor, degree in (("Arm.P", 2), ("Arm.B", 2), ("Rod.C", 2), ("Rod.P", 6)):

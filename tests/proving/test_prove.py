@@ -90,6 +90,7 @@ def test_a_mechanism_that_is_flat_for_ever_is_proved():
     assert [one.verdict for one in judged(FLAT.format(c=100, drive=0, within=0))] == [ProofVerdict.PROVED] * 2
 
 
+@pytest.mark.slow
 def test_a_degenerate_pose_is_named():
     almost = FLAT.format(c="100 + 1e-28*.sqrt(2)", drive=0, within=1)  # 1e-13 px apart
     assert [one.verdict for one in judged(almost)] == [ProofVerdict.UNKNOWN] * 2
@@ -103,13 +104,14 @@ def test_an_approximate_straight_line_is_not_proved():
     assert one.verdict is ProofVerdict.FALSE
 
 
-@pytest.mark.parametrize("name", ALL_LENGTHS)
+@broad("name", ALL_LENGTHS, first=3)
 def test_all_lengths(name):
     found, names = proofs(SourceText("letters.mov", ALL_LENGTHS[name]), Choices(), 60.0, all_lengths=True)
     assert {one.verdict for one in found} <= PROVED
     assert len(names) >= 3
 
 
+@pytest.mark.slow
 def test_all_lengths_of_hart_and_what_holds_for_some_only():
     found, names = proofs(SourceText("hart.mov", FILMS["hart"]), Choices(), 60.0, all_lengths=True)
     assert {one.verdict for one in found} == {ProofVerdict.ON_BRANCH}
@@ -372,7 +374,7 @@ LAWS = {"table": (".table('law.csv', 'lift', ", ").periodic"),
         "max": (".max(3, ", ")"), "ease": ("40*.ease(1/100*", ")"), "exp": (".exp(0.01*", ")")}  # fmt: skip
 
 
-@pytest.mark.parametrize("law", LAWS)
+@broad("law", LAWS, first=1)
 @pytest.mark.parametrize(
     ("claim", "verdicts"),
     [

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import movimentum as mv
+from tests.broad import broad
 
 
 def error_of(text: str) -> mv.Diagnostic:
@@ -131,7 +132,7 @@ def narrowest(points: np.ndarray) -> float:
     return float(min(np.ptp(points @ normal) for normal in normals))
 
 
-@pytest.mark.parametrize("corners", [3, 4, 5, 8, 40])
+@broad("corners", [3, 4, 5, 8, 40], first=2)
 @pytest.mark.parametrize("turned", [0.0, 17.0])
 def test_copies_in_one_place_overlap_by_their_width(corners: int, turned: float) -> None:
     """Nothing crosses, and no corner of the one is inside the other."""

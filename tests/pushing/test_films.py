@@ -259,6 +259,7 @@ def test_a_ratchet_does_not_depend_on_the_frame_rate() -> None:
 # --- cams
 
 
+@pytest.mark.slow
 def test_a_flat_follower_is_lifted_by_a_cam() -> None:
     text = """
         .config(10, 300, 260);

@@ -51,6 +51,7 @@ def test_a_slider_stays_on_its_line(slope: float) -> None:
     mv.loads(text(x)).solve()
 
 
+@pytest.mark.slow
 def test_lengths_are_kept() -> None:
     text = """Crank : .bar A = [100,100] B = [140,100];   Rod : .bar B = [140,100] C = [260,150] .width(8);
     Rock : .bar D = [260,70] C = [260,150];   Post : .disc(10) C = [200,125];

@@ -16,6 +16,7 @@ from movimentum.scene.model import AnchorCoordinate
 from movimentum.solver.motion import PathMotion
 from movimentum.solver.path.piece import Piece
 from movimentum.solver.solver import solve
+from tests.broad import broad
 from tests.pushing.scripts import PLACES, Place
 from tests.understand import timeline_of
 
@@ -87,7 +88,7 @@ def pushed(places: list[float], widths: Sequence[float], end: float, held: int, 
 
 
 @pytest.mark.parametrize("outlines", [False, True])
-@pytest.mark.parametrize("seed", range(3))
+@broad("seed", range(3), first=1)
 def test_blocks_in_a_row(seed: int, outlines: bool) -> None:
     chance = random.Random(seed)
     count = chance.randint(2, 4)
@@ -118,7 +119,7 @@ def test_blocks_in_a_row(seed: int, outlines: bool) -> None:
 # --- what is thin, and what is far: one move of a hand goes through nothing
 
 
-@pytest.mark.parametrize("place", PLACES)
+@broad("place", PLACES, every=3)
 def test_a_thin_wall_is_no_way_through(place: Place) -> None:
     middle, far, one, other = place.said(0, 0), place.at(300, 10), place.said(50, -40), place.said(50, 40)
     text = f"""
@@ -174,7 +175,7 @@ def test_a_wish_that_a_stop_holds_is_blocked() -> None:
     assert found.code == "wish/blocked"
 
 
-@pytest.mark.parametrize("count", [2, 3, 5])
+@broad("count", [2, 3, 5], first=1)
 def test_wishes_that_a_ram_holds_off_are_blocked(count: int) -> None:
     """Each of the blocks wants to go on, and the ram before them comes nearer: no push aside would help."""
     things, says = (

@@ -160,7 +160,7 @@ def test_an_eccentric_lifts_a_follower_that_is_pulled_down(seed: int) -> None:
 # --- however it is asked for
 
 
-@pytest.mark.parametrize("fps", [7, 60])
+@broad("fps", [7, 60], first=1)
 def test_a_film_is_the_same_at_any_rate_and_moment(fps: int) -> None:
     text = (SCRIPTS / "ratchet.mov").read_text()
     usual = mv.loads(text).solve()
@@ -178,6 +178,7 @@ def _noted(called: list[str], name: str, *_: object, **__: object) -> None:
     called.append(name)
 
 
+@pytest.mark.slow
 def test_nothing_of_it_runs_where_nothing_pushes(monkeypatch: pytest.MonkeyPatch) -> None:
     from movimentum.solver.kinds.pushing import PushingKernel
     from movimentum.solver.pushing.contacts import Contacts

@@ -244,7 +244,7 @@ def drawn_by_resvg(element, fine=8):
     return np.asarray(image).reshape(height, fine, width, fine).mean(axis=(1, 3)) / 255.0
 
 
-@pytest.mark.parametrize("cap", ["round", "butt", "square"])
+@broad("cap", ["round", "butt", "square"], first=1)
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("dash", [(), (7.0, 4.0), (3.0, 5.0, 9.0, 2.0)])
 @broad("width", [0.15, 0.6, 2.0, 6.5], first=1)

@@ -68,7 +68,7 @@ def test_derivatives_and_integrals_are_solved_for(talk):
     assert "|" in say("plot .d(Rod.B.x)")
 
 
-@pytest.mark.parametrize(
+@broad(
     "text",
     [
         "3", "x", "Rod.B", "Rod.B.x", "Rod.B - Crank.P", "(Rod.B - Crank.P).l", "Rod.B.r(30)", "Rod.B * 2",
@@ -76,6 +76,7 @@ def test_derivatives_and_integrals_are_solved_for(talk):
         ".min(x, 3)", ".mod(x, 7)", ".exp(1)", ".ln(2)", ".floor(x)", ".abs(-x)", ".ease(.3)", "{x : 3 > 200 : 5}",
         "[1, x]", ".t", ".T", ".iv", ".pi", ".d(Rod.angle)", ".i(Rod.B)", ".d(.d(x))", ".i(.d(x))", "x + .d(x)",
     ],
+    every=3,
 )  # fmt: skip
 def test_every_expression_has_a_value(talk, text):
     say = talk()
@@ -159,6 +160,7 @@ def test_a_pipe_is_never_asked(tmp_path):
     assert path.read_text() == CRANK
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 def test_in_a_terminal_quit_asks_and_ctrl_c_ends_a_command_only(tmp_path):
     import pty
@@ -232,7 +234,7 @@ def test_in_a_terminal_quit_asks_and_ctrl_c_ends_a_command_only(tmp_path):
             os.waitpid(child, 0)
 
 
-@pytest.mark.parametrize("name", ["four-bar", "walschaerts", "stephenson"])
+@broad("name", ["four-bar", "walschaerts", "stephenson"], first=1)
 def test_in_a_terminal_the_moment_on_show_comes_first(name):
     said: list[tuple[str, bool]] = []
     session = opened(f"scripts/{name}.mov", Choices())
@@ -254,6 +256,7 @@ def test_in_a_terminal_the_moment_on_show_comes_first(name):
     assert whole.startswith("now everything")
 
 
+@pytest.mark.slow
 def test_in_a_terminal_it_says_at_once_from_when_on_there_is_no_solution():
     said: list[str] = []
     session = opened("scripts/four-bar.mov", Choices())

@@ -72,7 +72,7 @@ def test_another_word_is_refused() -> None:
         answer(opened(str(SCRIPTS / "four-bar.mov"), Choices()), "plan equations")
 
 
-@pytest.mark.parametrize("tool", [".bar A = [150,150] B = [150,250] .width(12)", ".disc(10) A = [150,150]"])
+@broad("tool", [".bar A = [150,150] B = [150,250] .width(12)", ".disc(10) A = [150,150]"], first=1)
 def test_equations_of_a_contact_are_shown(tool: str, tmp_path: Path) -> None:
     path = tmp_path / "cam.mov"
     path.write_text(f"""Cam : .curve C = [150,100] .polar(th, 40 + 9*.cos(2*th));   Rod : {tool};

@@ -169,6 +169,7 @@ def test_what_the_language_cannot_say_is_not_spelled():
     assert in_language(2**t) is None
 
 
+@pytest.mark.slow
 def test_a_constant_that_is_too_long_is_offered(tmp_path, monkeypatch):
     monkeypatch.setattr("movimentum.repl.session.PATIENCE_S", 300.0)
     path = tmp_path / "long.mov"

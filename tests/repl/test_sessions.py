@@ -14,6 +14,7 @@ from movimentum.errors import MovimentumError
 from movimentum.repl.session import opened
 from movimentum.repl.shell import COMMANDS, answer, split, step
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 from tests.command import BINDS, movimentum
 from tests.solver.scenes import motion_of
 
@@ -122,7 +123,7 @@ def test_why_names_what_determines_and_nothing_else(talk):
     assert "stays as drawn" in talk(SLIDER.replace("@0 ", "Wall : .bar A=[0,0] B=[1,0];\n@0 "))("why Wall")
 
 
-@pytest.mark.parametrize("name", ["x", "Rod.B.x", "Crank.P.y", "Rod.angle"])
+@broad("name", ["x", "Rod.B.x", "Crank.P.y", "Rod.angle"], first=3)
 def test_a_formula_agrees_with_the_motion(talk, name):
     say = talk()
     text = say(f"formula {name}").splitlines()[0].split(" = ", 1)[1]
@@ -170,6 +171,7 @@ def test_what_rejects_every_solution_is_told_and_turned_round(talk):
     assert abs(float(say("show x").split()[-1]) - 260) < 1e-9
 
 
+@pytest.mark.slow
 def test_exact_times(talk):
     say = talk(SLIDER)
     time = (180 / math.pi) * math.asin(0.5) / 90
@@ -284,6 +286,7 @@ def test_dragging_what_is_only_measured_drags_what_it_is_measured_of(talk):
     assert say("drag h to 200").startswith("`h` comes no nearer than 80:")
 
 
+@pytest.mark.slow
 def test_a_drag_can_be_kept(talk):
     say = talk(ARM)
     say("drag Lower.H to [60, 160]")
@@ -382,6 +385,7 @@ def test_windows_line_ends_stay(tmp_path):
     assert data.count(b"\n") == data.count(b"\r\n")
 
 
+@pytest.mark.slow
 def test_conflicts_are_named_and_earlier_times_still_work(talk):
     say = talk(SLIDER.replace("Crank.angle = 180;", "Crank.angle = 180; Rod.B = [300,100];"))
     assert "constraint/conflict" in say("conflicts")
@@ -501,6 +505,7 @@ def test_motion_of_edited_text_is_that_of_the_script(talk):
     assert (motion.poses(0, 5).origin == say.session.work.motion.poses(0, 5).origin).all()
 
 
+@pytest.mark.slow
 def test_the_session_in_the_documentation(tmp_path, monkeypatch):
     page = (Path(__file__).parents[2] / "docs" / "reference" / "debugger.md").read_text()
     script, session = re.findall(r"```(?:mov|text)\n(.*?)```", page, re.DOTALL)
@@ -521,6 +526,7 @@ B2 : .bar  A = [0,0]      B = A + [80,0];
 """
 
 
+@pytest.mark.slow
 def test_a_drawing_is_not_shown_as_a_pose(talk):
     say = talk(CONTRADICTORY)
     assert say("show B2.B").splitlines() == ["there is no pose at t = 0; as drawn:", "B2.B = [80, 0]"]

@@ -59,6 +59,7 @@ def test_a_session_is_recorded_and_asked_again(crank, tmp_path):
     assert crank.read_text() == CRANK.replace("[20,0]", "[21,0]")
 
 
+@pytest.mark.slow
 def test_every_command_is_answered_alike_when_it_is_asked_again(crank, tmp_path):
     """Whatever the answers look like: `list` marks lines as questions are marked."""
     record = tmp_path / "session.txt"

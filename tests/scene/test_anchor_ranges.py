@@ -16,6 +16,7 @@ B : .bar P[0] = [0,0] P[k = 1..n] = P[k-1] + [10*k,0] Q = P[2] + [0,5];
 """
 
 
+@pytest.mark.slow
 def test_a_range_is_its_anchors_written_out() -> None:
     ranged = RANGE.format(anchors="C = [0,0] P[k = 1..m] = C + [30,0].r(360*k/m)", through="P")
     for m in (4, 5):

@@ -134,6 +134,7 @@ def test_every_column_of_a_body_can_be_asked_of_a_motion():
         motion["W.Arm[3].B"]
 
 
+@pytest.mark.slow
 def test_a_gap_to_a_body_knows_its_holes():
     motion = mv.loads(WHEEL.replace("30*.t", "0*.t") + "g = .gap(P, W);\n@1").solve()
     # from the middle of the hub, into a hole: as deep as it is from its edge; in its middle free by 8 - 3

@@ -119,6 +119,7 @@ def plain_linkage() -> mv.Motion:
     return mv.loads(FOUR_BAR + "A : Linkage(); @0 @3").solve()
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.floats(-300, 300), st.floats(-300, 300), st.floats(-180, 180), st.booleans(), st.booleans())
 def test_a_placed_copy_moves_like_the_part_carried_along(

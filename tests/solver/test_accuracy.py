@@ -298,6 +298,7 @@ def test_a_draft_is_no_worse_than_it_says(script: str, fps: int) -> None:
     assert 0.0 < off <= claim < 0.01 * motion.size, (off, claim)
 
 
+@pytest.mark.slow
 def test_a_draft_is_made_where_it_gains_and_nowhere_else() -> None:
     """Closed forms, and few frames, are as they are; a loop that is solved frame by frame, in very many, is not."""
     assert interpolated_motion(few := motion_of(FOUR_BAR, 997)) is few
@@ -324,6 +325,7 @@ def test_a_draft_solves_what_it_cannot_interpolate() -> None:
 OPERATIONS = ["sind", "cosd", "tand", "atand", "exp", "floor", "ease", "abs"]
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(OPERATIONS),
     st.fractions(min_value=-60, max_value=60, max_denominator=1000),

@@ -72,6 +72,7 @@ def four_bar_error(crank, coupler, rocker, ground, start, side):
 COUNTS = [25, pytest.param(400, marks=pytest.mark.slow)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", COUNTS)
 def test_four_bars(count):
     errors = [four_bar_error(*map(float, case)) for case in four_bars(count, count)]

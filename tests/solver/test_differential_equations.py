@@ -9,6 +9,7 @@ import pytest
 
 import movimentum as mv
 from movimentum.solver.continuation.ode import Collocation
+from tests.broad import broad
 
 HEAD = ".config({fps}, 400, 400);\nD : .disc(3) c = [0,0];\nR : .bar P = [0,0] Q = [0,-100];\n"
 
@@ -76,7 +77,7 @@ def neighbours(count: int):
     return np.diag([-2.0] * count) + np.diag([1.0] * (count - 1), 1) + np.diag([1.0] * (count - 1), -1)
 
 
-@pytest.mark.parametrize(("count", "heat"), [(4, False), (10, False), (30, False), (20, True)])
+@broad(("count", "heat"), [(4, False), (10, False), (30, False), (20, True)], first=3)
 def test_chains_of_springs_and_of_heat(count, heat, monkeypatch):
     """Also by the work that they take: ``steps`` are those that are tried."""
     steps = [0]
@@ -103,19 +104,21 @@ def test_chains_of_springs_and_of_heat(count, heat, monkeypatch):
     assert steps[0] < 200
 
 
-@pytest.mark.parametrize(
+@broad(
     ("statements", "begins"),
     [
         ("v = 1 + .i({v > 0 : -1; 2}); x = v;", "1"),
         ("v = 2 + .i({v > 0 : -1; 1}); x = .i(v);", "2"),
         ("x = 10 + .i(v); v = .i(-4*x - {v > 0 : 12; -12});", "3.141592654"),  # a block that friction holds
     ],
+    first=2,
 )
 def test_a_switch_that_is_undone_at_once_is_told(statements, begins):
     with pytest.raises(mv.NoSolutionError, match=f"no solution from t = {begins} on"):
         solved(f"@0 {statements} D.c = [x,0]; @6")
 
 
+@pytest.mark.slow
 def test_friction_that_only_slows_down():
     def truth(t: float) -> float:
         half = int(2 * t / np.pi)  # of a swing; its middle is to the side the motion comes from
@@ -125,6 +128,7 @@ def test_friction_that_only_slows_down():
     assert off(solved("@0 x = 10 + .i(v); v = .i(-4*x - {v > 0 : 1; -1}); D.c = [x,0]; @20")["x"], truth) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_chaotic_motion_tells_its_error():
     k, g = 180 / np.pi, 9.81
     below = "(3 - .cos(2*a - 2*b))"
@@ -136,7 +140,7 @@ def test_a_chaotic_motion_tells_its_error():
     assert "solve/inaccurate" in {d.code for d in solved(text + "@20").diagnostics}
 
 
-@pytest.mark.parametrize(
+@broad(
     ("statements", "time"),
     [
         ("x = 1 + .i(x*x);", 1.0), ("x = -3 - .i(x*x);", 1 / 3), ("x = 2 + .i(x^3);", 1 / 8),
@@ -144,6 +148,7 @@ def test_a_chaotic_motion_tells_its_error():
         ("x = 1 + .i(v); v = .i(6*x^2);", float(mp.beta(mp.mpf(1) / 6, mp.mpf(1) / 2) / 6)),
         ("x = 1 + .i(1000*x);", np.log(np.finfo(float).max) / 1000),  # no float is larger
     ],
+    every=8,
 )  # fmt: skip
 def test_where_a_solution_runs_away_it_ends(statements, time):
     with pytest.raises(mv.NoSolutionError) as told:

@@ -79,6 +79,7 @@ def test_what_a_step_lets_go_stays_where_it_was():
     assert anchor(motion, poses, "Dot.c")[20:] == pytest.approx(np.tile([50, 0], (21, 1)))
 
 
+@pytest.mark.slow
 def test_a_chain_dragged_by_its_end_keeps_its_joints():
     links = " ".join(f"L{i} : .bar A=[{30 * i},0] B=[{30 * i + 30},0];" for i in range(5))
     joints = " ".join(f"L{i + 1}.A = L{i}.B;" for i in range(4))

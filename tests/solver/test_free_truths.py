@@ -142,7 +142,9 @@ def test_a_wish_is_followed_no_faster_than_its_speed():
         far = np.array([3e9, -4e9])
         found = law.wish_rates(far, np.zeros(2))
         np.testing.assert_allclose(found, [-0.6 * most, 0.8 * most], rtol=1e-9)
-        assert law.wish_rates(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx([-0.5, -0.1 * FOLLOWING_RATE])
+        assert law.wish_rates(np.array([0.0, 0.1]), np.array([0.5, 0.0])) == pytest.approx(
+            [-0.5, -0.1 * FOLLOWING_RATE]
+        )
     assert (law.damping.near, law.damping.far) == (
         FOLLOWING_RATE * PLAN.size,
         FOLLOWING_RATE * workspace_size(PLAN.system.scene),

@@ -168,6 +168,7 @@ def test_a_bar_that_is_drawn_follows_a_tractrix_and_so_does_its_velocity(scale):
     assert motion["w"] == pytest.approx(u * np.cos(a) * np.sin(a), abs=1e-6 * scale)
 
 
+@pytest.mark.slow
 def test_bars_of_many_variants_follow_their_tractrices():
     k = np.linspace(15.0, 60.0, MANY)
     text = ".let k = 20; B : .bar P = [0,0] Q = [0,-40]; @0 B.P = [k*.t, 0]; @1"

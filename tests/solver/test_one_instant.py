@@ -1,7 +1,6 @@
 """Newton's method in plain floats finds what Newton's method over arrays finds, in no more steps."""
 
 import numpy as np
-import pytest
 
 from movimentum.solver.basis.effort import limit_effort
 from movimentum.solver.block.newton import newton, newton_at_instant
@@ -46,7 +45,7 @@ def test_it_takes_no_more_linearizations():
         assert left[0] >= before[0]
 
 
-@pytest.mark.parametrize("name", SQUARE)
+@broad("name", SQUARE, first=1)
 def test_from_a_singular_pose_it_finds_nothing_wrong(name):
     """With all of the core at zero, directions have no length, and rows no gradient."""
     for problem, x, _ in problems(name):

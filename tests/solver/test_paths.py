@@ -102,6 +102,7 @@ def test_shared_frames_do_not_depend_on_fps_or_on_what_is_asked_for(text):
     assert np.max(np.abs(at.origin - b.origin[:, [3, 50]])) < 1e-11
 
 
+@pytest.mark.slow
 def test_statement_order_does_not_matter():
     lines = SIX_BAR.split("@0")[1].replace("@4", "").strip()
     statements = [s.strip() for s in lines.split(";") if s.strip()]

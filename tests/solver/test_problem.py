@@ -55,7 +55,7 @@ def test_the_jacobian_is_the_derivative_and_nothing_is_written_to(name):
     assert count > 0
 
 
-@pytest.mark.parametrize("name", WITH_NEWTON)
+@broad("name", WITH_NEWTON, first=1)
 def test_some_instants_of_a_problem_are_as_in_the_whole(name):
     for problem, x, _ in problems(name):
         whole = problem.residual(x + problem.scale)
@@ -69,7 +69,7 @@ def test_some_instants_of_a_problem_are_as_in_the_whole(name):
 
 
 @broad("limit", [None, 0.5], first=1)
-@pytest.mark.parametrize("name", ["stephenson", "walschaerts", "locomotive"])
+@broad("name", ["stephenson", "walschaerts", "locomotive"], first=1)
 def test_no_start_depends_on_the_others(name, limit):
     """Those that have arrived are left out, and nothing that is left feels it."""
     count = 0

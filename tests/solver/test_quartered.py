@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import movimentum as mv
 
@@ -19,6 +20,7 @@ Far  : .bar  A = [80, 106]  B = A + [120, 0];
 """
 
 
+@pytest.mark.slow
 def test_angles_in_one_block_pass_half_a_turn() -> None:
     motion = mv.loads(WHEELS).solve()
     for name in ("W[0]", "S[0]", "S[1]"):

@@ -259,7 +259,7 @@ FREE |= {"combination-lock", "vending-latch", "walking-toy"}
 """Drawn by wishes or pushed: integrated, with some 8 digits; a pushed thing has no acceleration."""
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(7, marks=pytest.mark.slow)])
+@broad("count", [2, pytest.param(7, marks=pytest.mark.slow)], first=1)
 @broad("path", [path for path in GALLERY if path.stem not in FREE], every=9, ids=lambda path: path.stem)
 def test_every_script_of_the_gallery_against_differences_of_fifty_digits(path, count, monkeypatch):
     monkeypatch.chdir(ROOT)

@@ -60,6 +60,7 @@ def test_the_triad_has_six_assembly_modes():
     assert max(residuals(motion, motion.poses(0, 1)).values()) < 1e-12
 
 
+@pytest.mark.slow
 def test_each_of_the_six_can_be_selected_by_its_inequality():
     examination = examine(motion_of(script(*SIX)))
     (warning,) = [d for d in examination.diagnostics if d.code == "constraint/ambiguous"]

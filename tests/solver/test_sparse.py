@@ -44,6 +44,7 @@ def drawn_tiling(length: float) -> tuple[Linkage, str]:
     return linkage, linkage_script(linkage, "tiling").replace("config(24)", "config(2)") + f"{wish}\n@{length:g}\n"
 
 
+@pytest.mark.slow
 def test_both_methods_go_the_same_way(monkeypatch: pytest.MonkeyPatch) -> None:
     source = read(str(ROOT / "scripts" / "peaucellier-linkage.mov"))
     found = []
@@ -59,6 +60,7 @@ def test_both_methods_go_the_same_way(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found[0].direction == pytest.approx(found[1].direction, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_rows_by_their_terms_are_the_rows() -> None:
     _, text = drawn_tiling(1)
     motion = motion_of(text)

@@ -37,6 +37,7 @@ from movimentum.solver.start.search import KEPT_POSES, KEPT_POSES_EACH, StartSea
 from movimentum.solver.start.violations import first_disagreement, first_violation
 from movimentum.timeline.arrange import arrange
 from movimentum.tolerances import INEQUALITY_MET, LOOK_AHEAD
+from tests.broad import broad
 from tests.solver.scenes import ARMS, motion_of, numbers, plan_of, scene_of, unknown
 
 # --- judgements
@@ -328,11 +329,12 @@ def test_only_some_poses_are_remembered():
 # --- first solutions, violations
 
 
-@pytest.mark.parametrize(
+@broad(
     ("equation", "onset", "off"),
     [*(("x*x = {t}; x > 0;", onset, 1e-9) for onset in (0.3, 1.0, 1.77)),
      *(("(x - 3)*(x - 3) + y*y = 4*{t}; x = y + 3; y > 0;", onset, 1e-9) for onset in (0.5, 1.3)),
      ("x*x*x*x + x*x + 1 = 1 + {t}; x > 0;", 0.1, 1e-6)],
+    every=2,
 )  # fmt: skip
 def test_the_first_solution_is_found_where_it_begins(equation, onset, off):
     motion = motion_of(numbers(equation.format(t=f"(.t - {onset})") + "Bar.A = [x, 0]; Bar.angle = 0;", 2))

@@ -15,6 +15,7 @@ from movimentum.expressions.tables import Ends, Table
 from movimentum.solver.arithmetic.double_double import WideArithmetic
 from movimentum.solver.arithmetic.multiprecision import DigitsArithmetic
 from movimentum.solver.arithmetic.taylor import Taylor
+from tests.broad import broad
 
 FOLLOWER = ".config(10); F : .bar O = [0,0] T = [0,60];\n"
 
@@ -36,7 +37,7 @@ def spline(x: FloatArray, y: FloatArray, ends: Ends = Ends.NOTHING) -> CubicSpli
     return CubicSpline(x, y, bc_type="periodic" if ends is Ends.PERIODIC else "not-a-knot")
 
 
-@pytest.mark.parametrize("ends", Ends)
+@broad("ends", Ends, first=1)
 @pytest.mark.parametrize("rows", [2, 3, 4, 5, 12, 200])
 def test_a_smooth_table_is_scipys_spline_with_its_derivatives(rows: int, ends: Ends) -> None:
     chance = np.random.default_rng(rows)
@@ -127,6 +128,7 @@ def test_what_is_asked_of_a_table_can_be_an_unknown(tmp_path: Path, smooth: str)
         np.testing.assert_allclose(truth(angle), 15.0 + 3.0 * found.times, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_variants_and_fits_see_a_table(tmp_path: Path) -> None:
     x = np.linspace(0.0, 4.0, 9)
     written(tmp_path, x, lift=np.sin(x))

@@ -37,7 +37,7 @@ def test_angles_together_are_those_found_one_by_one(text: str, count: int) -> No
         assert np.broadcast_to(together[n], count) == pytest.approx(np.broadcast_to(alone[n], count), abs=1e-9)
 
 
-@pytest.mark.parametrize("pinned", [False, True])
+@broad("pinned", [False, True], first=1)
 @pytest.mark.parametrize("order", [1, 2])
 @broad("shape", [(2, 4), (3,), ()], first=1)
 def test_eliminated_unknowns_are_what_their_formulas_say(order: int, shape: tuple[int, ...], pinned: bool) -> None:

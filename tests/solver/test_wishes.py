@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.broad import broad
 from tests.solver.scenes import anchor, motion_of, residuals
 
 
@@ -33,7 +34,7 @@ def test_a_wish_that_can_be_met_is_met_all_along():
     assert max(residuals(motion, poses).values()) < 1e-12
 
 
-@pytest.mark.parametrize("fps", [4, 20])
+@broad("fps", [4, 20], first=1)
 def test_a_wish_stated_later_draws_and_never_makes_a_jump(fps):
     motion, poses = poses_and(
         """.config(20); Dot : .disc(3) c=[0,0];

@@ -14,6 +14,7 @@ from tests.command import ROOT
 WEB = ROOT / "movimentum" / "studio" / "web"
 
 
+@pytest.mark.slow
 def test_the_bundle_is_built_from_the_sources(tmp_path: Path) -> None:
     npm = shutil.which("npm")
     if npm is None:

@@ -85,6 +85,7 @@ def test_rods_without_points_have_their_own_ends() -> None:
     assert "Rod2.B = Rod1.B;" in text
 
 
+@pytest.mark.slow
 def test_an_angle_is_the_one_on_show() -> None:
     text = used("", "rod", ("", ""), ((10, 20), (110, 20)))
     text = used(text, "rod", ("Rod1.B", ""), ((0, 0), (110, 120)))
@@ -165,6 +166,7 @@ def test_a_rod_turns_if_grashof_lets_it_and_swings_if_not(places: tuple[tuple[fl
     assert swept == pytest.approx(360 * (1 - 1 / len(poses.frames))) if turns else 10 < swept <= 180
 
 
+@pytest.mark.slow
 def test_a_rod_that_cannot_move_is_not_driven() -> None:
     text = drawn((0, 0), (30, 40), (60, 0)).replace("@0\n", "@0   AB.angle = 0;\n")
     with pytest.raises(NothingToDo, match="stated already"):

@@ -81,6 +81,7 @@ def widget() -> Any:
     made.close()
 
 
+@pytest.mark.slow
 def test_what_is_typed_comes_to_python_and_back(left_running: Callable[[], list[str]], browser: Any, widget: Any):
     cell = Cell(browser, widget)
     cell.pump(lambda: cell.state().get("shownRev", 0) > 0)
@@ -118,6 +119,7 @@ def test_closing_ends_the_work(left_running: Callable[[], list[str]], widget: An
     assert left_running() == []
 
 
+@pytest.mark.slow
 def test_it_saves_to_the_scripts_file_and_shows_a_player_where_there_are_no_widgets(tmp_path: Path):
     pytest.importorskip("anywidget")
     path = tmp_path / "arm.mov"

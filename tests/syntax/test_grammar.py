@@ -24,6 +24,7 @@ from movimentum.syntax.grammar import (
     to_json,
 )
 from movimentum.syntax.vocabulary import CLOCKS, FUNCTIONS, SYNONYMS
+from tests.broad import broad
 
 ROOT = Path(__file__).parents[2]
 TABLES = ROOT / "movimentum" / "syntax" / TABLES_NAME
@@ -39,6 +40,7 @@ def test_the_tables_are_those_of_the_grammar() -> None:
     assert TABLES.read_text(encoding="utf-8") == to_json(make_tables(text), text)
 
 
+@pytest.mark.slow
 def test_the_tables_do_not_depend_on_the_order_of_sets() -> None:
     program = (
         "from movimentum.syntax.grammar import *\n"
@@ -65,6 +67,7 @@ def test_kept_tables_of_another_grammar_are_not_used(monkeypatch: pytest.MonkeyP
     assert [item.pattern for item in tables.terminals if item.name == "TILDE"] == ["?"]
 
 
+@pytest.mark.slow
 def test_reading_back() -> None:
     assert from_json(json.loads(TABLES.read_text(encoding="utf-8"))) == load_tables() == make_tables(grammar_text())
 
@@ -115,7 +118,7 @@ SCRIPTS = [
 ]
 
 
-@pytest.mark.parametrize("number", range(len(SCRIPTS)))
+@broad("number", range(len(SCRIPTS)), every=3)
 def test_the_automaton_reads_as_lark_does(number: int, lark_parser: Lark) -> None:
     """The same tree; or an error at the same place, where the same terminals would have fitted."""
     text = SCRIPTS[number]

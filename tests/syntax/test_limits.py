@@ -58,6 +58,7 @@ def test_long_sums_and_products_just_work(sign: str, terms: int) -> None:
     assert max(part.depth for item in scene.constraints() for part in (*item.left, *item.right)) < 60
 
 
+@pytest.mark.slow
 def test_many_statements_just_work() -> None:
     script = script_of("@0 " + "x = 1; // one\n" * 20_000)
     assert len(script.items) == 20_001
@@ -146,6 +147,7 @@ def test_long_names_and_many_errors_make_no_long_messages() -> None:
     assert "4,800 more" in raised.value.diagnostics[-1].message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [600, pytest.param(3000, marks=pytest.mark.slow)])
 def test_large_scripts_take_time_in_proportion(count: int) -> None:
     """Steps, statements, things and undecided products by the thousand: nothing is compared with everything else."""

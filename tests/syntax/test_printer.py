@@ -306,6 +306,7 @@ def test_many_expressions_come_back(tree) -> None:
 trees = st.lists(items, max_size=3).map(lambda found: ScriptTree(tuple(found)))
 
 
+@pytest.mark.slow
 @given(trees)
 @settings(max_examples=12)
 def test_scripts_come_back(tree: ScriptTree) -> None:

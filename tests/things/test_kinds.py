@@ -129,6 +129,7 @@ def with_the_star(home: Path, *words: str, text: str) -> subprocess.CompletedPro
     return subprocess.run(command, capture_output=True, text=True, cwd=home, env=environment)
 
 
+@pytest.mark.slow
 def test_the_recipe_for_a_kind_of_thing_makes_one(with_a_star: Path) -> None:
     from PIL import Image
 

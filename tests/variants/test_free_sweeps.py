@@ -19,6 +19,7 @@ from movimentum.variants.measures import read_measures
 from movimentum.variants.single import Variants
 from movimentum.variants.sweep import SweepJob
 from movimentum.workflow.choices import Choices
+from tests.broad import broad
 from tests.solver.scenes import motion_of
 
 from .test_together import measured
@@ -69,7 +70,7 @@ def compared(text: str, count: int, each: int, seed: int = 3) -> None:
         np.testing.assert_allclose(rows.measures[k], measures, rtol=1e-9, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in SCENES])
+@broad("name", [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in SCENES], first=1)
 def test_free_motions_come_out_as_by_themselves(name):
     compared(SCENES[name], 14, 5)
 
@@ -94,6 +95,7 @@ def test_random_chains_with_random_wishes(seed):
     compared(f".let s = 1 .range(0.9,1.1);\n{' '.join(things)}\n@0 {' '.join(said)}\n@1", 14, 5, seed)
 
 
+@pytest.mark.slow
 def test_a_wish_that_leads_along_a_line_is_followed_as_the_closed_form_says():
     script = mv.loads(""".let X = 100; .config(50);  Slide : .bar O=[0,0] P=[50,0];
         @0 Slide.O.y=0; Slide.angle=0;
@@ -138,6 +140,7 @@ def test_what_rows_leave_free_is_the_null_space():
         assert round(np.trace(free[k])) == (3 if k == 7 else 2)
 
 
+@pytest.mark.slow
 def test_metrics_of_variants_are_those_of_each():
     plan = motion_of(SCENES["an arm"]).segments[0].plan
     block = next(block for block in plan.blocks if isinstance(block, Free))

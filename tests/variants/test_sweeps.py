@@ -66,6 +66,7 @@ def test_all_combinations_are_rows_the_last_constant_fastest(capsys, script):
         assert (float(row["w"]), row["outcome"], row["time"]) == (pytest.approx(x, rel=1e-9), "ok", "")
 
 
+@pytest.mark.slow
 def test_files_samples_and_ranges_of_constants(capsys, script, tmp_path):
     values = tmp_path / "values.csv"
     values.write_text("L,unused,R\n150,1,50\n\n170,2,30\n")
@@ -149,6 +150,7 @@ def test_a_file_of_values_with_a_fault(capsys, script, tmp_path, bad):
     assert "error[usage/vary]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_tables_of_every_kind_hold_the_same(script, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     options = ["--vary", "R=20:100:9", "--vary", "L=60,150", "--measure", "w = .range(Coupler.P.x)"]
@@ -168,6 +170,7 @@ def test_tables_of_every_kind_hold_the_same(script, tmp_path):
     assert not list(tmp_path.glob("*.unfinished"))
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_where_it_was_interrupted(script, tmp_path, monkeypatch, capsys):
     from movimentum.variants.family import Family
 
@@ -210,6 +213,7 @@ def test_no_variant_moves(script, capsys):
     assert "4 variants" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_pictures_of_a_sweep(script, tmp_path):
     image = pytest.importorskip("PIL.Image")
     options = ["--vary", "R=20:60:3", "--vary", "L=70,150", "--measure", "w = .range(Coupler.P.x)", "-q"]

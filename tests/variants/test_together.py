@@ -62,7 +62,7 @@ def compared(name: str, seed: int, spread: float, count: int, each: int = 1) -> 
     return family
 
 
-@pytest.mark.parametrize("each", [4, pytest.param(1, marks=pytest.mark.slow)])
+@broad("each", [4, pytest.param(1, marks=pytest.mark.slow)], first=1)
 @broad("name", DYADS, fast=("four-bar", "trammel"))
 def test_dyads_are_solved_together(name, each):
     family = compared(name, 0, 0.05, 16, each)
@@ -107,6 +107,7 @@ def test_an_irreducible_loop_has_the_same_assembly_mode_and_motion(each):
         np.testing.assert_allclose([table[name][k] for name in measure], found, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_loop_of_variants_is_solved_side_by_side():
     grid = VariantGrid((Axis(("L", "s"), np.random.default_rng(1).uniform([118, 0.85], [140, 1.1], (14, 2))),))
     job = SweepJob(mv.loads(TRIAD).source, Choices(), grid, read_measures(["x = .range(Plat.A.x)"]))
@@ -124,6 +125,7 @@ Arm[1..n] : .bar O = [0,0] P = [R,0];
 """
 
 
+@pytest.mark.slow
 def test_constants_that_decide_times_and_numbers_of_things():
     script = mv.loads(STEPS)
     table = script.sweep(
@@ -234,6 +236,7 @@ A : .gear(20, 4)  C = [100,100]  T = C + [40,0];    B : .gear(30, 4)  C = [200,1
 """
 
 
+@pytest.mark.slow
 def test_the_gap_that_a_tooth_comes_into_is_chosen_for_each_variant():
     values = np.linspace(0, 60, 25)
     table = mv.loads(TEETH).sweep(a=values, measure={"t": ".first(B.angle)"})
@@ -299,6 +302,7 @@ R1 : .bar P=[0,0] Q=[L,0];   R2 : .bar P=[0,0] Q=[L,0];   R3 : .bar P=[0,0] Q=[L
 """
 
 
+@pytest.mark.slow
 def test_a_loop_binds_when_its_legs_are_stretched():
     """Three legs that are pulled outwards, 120 degrees apart: the platform turns about the centre and ends where its
     radius and a leg are in line, when the leg's other end is L + r from the centre.
