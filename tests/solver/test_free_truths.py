@@ -188,14 +188,14 @@ def test_a_dragged_rod_follows_the_tractrix(v):
 
 def test_derivatives_are_asked_of_all_that_a_block_depends_on():
     def block(number, **fields):
-        return SimpleNamespace(number=number, **fields)
+        return SimpleNamespace(number=number, rates_of=None, **fields)
 
     velocity = Velocity(
         number=3, unknowns=(), equations=(), core=(), inputs=frozenset(), moving=True, law=1, upstream=(0, 1), order=2
     )
     blocks = [block(0), block(1), block(2), velocity, block(4)]
     before = {0: set(), 1: {0, 1}, 2: {0, 2}, 4: {3, 4}}
-    plan = SimpleNamespace(blocks=blocks, before=lambda each: before[each.number])
+    plan = SimpleNamespace(blocks=blocks, rate_blocks_before=lambda each: before[each.number])
     assert derivative_depths(plan, range(5), {4: 1}) == {0: 3, 1: 3, 2: 0, 3: 1, 4: 1}
     assert derivative_depths(plan, range(3), {2: 2}) == {0: 2, 1: 0, 2: 2}
 
