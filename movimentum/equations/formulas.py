@@ -63,7 +63,7 @@ def _flat(program: MotionProgram, language: str) -> Iterator[tuple[str, Any]]:
                 case NewtonLoop():
                     *lines, (last, size) = _unrolled(one, tau, own, renamed, language)
                     yield from lines
-                    yield last, _while_step(size, k, [each.start for each in program.stages], t)
+                    yield last, _while_step(size, k, [each.start for each in program.stages], t, sympy)
         results.append([each.xreplace(own) for each in stage.outputs])
     for k, name in enumerate(program.names):
         cases = [(results[i][k], t < program.stages[i + 1].start) for i in range(len(results) - 1)]
@@ -71,11 +71,8 @@ def _flat(program: MotionProgram, language: str) -> Iterator[tuple[str, Any]]:
         yield f"out_{identifier(name)}", sympy.Piecewise(*cases, (last, True)) if cases else last
 
 
-def _while_step(value: Any, k: int, starts: Sequence[Any], t: Any) -> Any:
+def _while_step(value: Any, k: int, starts: Sequence[Any], t: Any, sympy: Any) -> Any:
     """``value`` while step ``k`` lasts, 0 at other times: its equations may have no solution then."""
-    import sympy as library
-
-    sympy: Any = library
     before = [(0, t < starts[k])] if k else []
     during = [(value, t < starts[k + 1]), (0, True)] if k + 1 < len(starts) else [(value, True)]
     return sympy.Piecewise(*before, *during)

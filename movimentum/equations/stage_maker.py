@@ -155,7 +155,7 @@ class StageMaker:
     def _none(self, block: Block, what: str = "comes from an integral") -> NoProgram:
         system = self.motion.plan.system
         reasons = [system.equations[e].constraint for e in block.equations]
-        if block.free and not block.integrals:
+        if block.moves_least:
             what = "moves freely, or follows a wish"
             wishes = [wish.constraint for wish in system.wishes if wish.about & set(block.unknowns)]
             reasons = wishes or reasons

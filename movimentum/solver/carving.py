@@ -114,7 +114,7 @@ def _is_free(motion: PathMotion, tool: Thing) -> bool:
     for segment_motion in motion.segments:
         unknowns = segment_motion.plan.system.unknowns
         for block in segment_motion.plan.blocks:
-            found = [unknowns[each].payload for each in block.unknowns] if block.free and not block.integrals else []
+            found = [unknowns[each].payload for each in block.unknowns] if block.moves_least else []
             if any(isinstance(each, PoseX | PoseY) and each.thing == tool.number for each in found):
                 return True
     return False

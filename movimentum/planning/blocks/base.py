@@ -57,6 +57,11 @@ class BlockBase:
         return False
 
     @property
+    def moves_least(self) -> bool:
+        """Whether it has freedom that moves as little as it may; what a differential equation leaves free does not."""
+        return self.free and not self.integrals
+
+    @property
     def branches(self) -> bool:
         """Whether it may have several solutions at one instant."""
         return False

@@ -33,7 +33,7 @@ from movimentum.planning.codegen.generate import Clocks, compiled
 from movimentum.planning.codegen.writing import Compiled
 from movimentum.planning.lowering import polynomial as poly
 from movimentum.planning.lowering.calculus import affine, phases_of, slopes_of
-from movimentum.planning.lowering.equations import Equation, Form, System, modulo_turns
+from movimentum.planning.lowering.equations import Equation, Form, System, within_half_a_turn
 from movimentum.planning.lowering.polynomial import Polynomial
 from movimentum.planning.lowering.unknowns import symbol_numbers
 from movimentum.planning.structure.decompose import Group
@@ -232,7 +232,7 @@ def _row(equation: Equation, inside: set[int]) -> Expr:
     is found here is taken as it was stated: else two points that become one would seem to solve it.
     """
     if equation.original is not None and equation.length is not None and symbol_numbers(equation.length) & inside:
-        return equation.original if equation.length.op == "sqrt" else modulo_turns(equation.original)
+        return equation.original if equation.length.op == "sqrt" else within_half_a_turn(equation.original)
     return equation.simultaneous_residual
 
 

@@ -29,8 +29,8 @@ from movimentum.scene.model import GapSide, Scene, ThingAngle, Toward
 from movimentum.timeline.model import Segment
 
 
-def modulo_turns(angle: Expr) -> Expr:
-    """An angle brought near 0 by whole turns."""
+def within_half_a_turn(angle: Expr) -> Expr:
+    """An angle brought within half a turn of 0 by whole turns."""
     half = const(180.0)
     return sub(call("mod", add(angle, half), const(360.0)), half)
 
@@ -74,7 +74,7 @@ class Equation:
         """The residual where it is solved together with others: a continuous angle is a direction but for whole turns;
         where the direction passes 180 degrees, nothing jumps.
         """
-        return modulo_turns(self.residual) if self.form is Form.WINDING else self.residual
+        return within_half_a_turn(self.residual) if self.form is Form.WINDING else self.residual
 
     @property
     def stated(self) -> Expr | None:

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from typing import Any, Protocol
 
 from movimentum.expressions import Expr, neg
-from movimentum.planning.lowering.equations import Pull, Push, modulo_turns
+from movimentum.planning.lowering.equations import Pull, Push, within_half_a_turn
 from movimentum.planning.lowering.unknowns import PoseCos, PoseSin, PoseX, PoseY, Unknown, symbol_numbers
 from movimentum.scene.leaves import Bearing
 from movimentum.scene.model import Constraint, Relation, Scene, ThingAngle, Toward
@@ -83,4 +83,4 @@ def lowered_pull(builder: PoseLowering, constraint: Constraint, pairs: Sequence[
 
 def modulo_turn(left: Expr, right: Expr, error: Expr) -> Expr:
     """What the sides of a wish differ by, ``error``; an angle between vectors is meant modulo a turn."""
-    return modulo_turns(error) if "atan2d" in (left.op, right.op) else error
+    return within_half_a_turn(error) if "atan2d" in (left.op, right.op) else error

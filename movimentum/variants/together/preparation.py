@@ -107,7 +107,7 @@ def _plan(scene: Scene, segment: Segment, size: float, unfolding: OriginUnfoldin
 
 def _check_free(plan: Plan) -> None:
     """Raise `NotBatchable` where a free motion depends on what has no closed form."""
-    free = [block for block in plan.blocks if block.free and not block.integrals]
+    free = [block for block in plan.blocks if block.moves_least]
     above = (plan.blocks[number] for block in free for number in blocks_for(plan, block.inputs))
     if not all(block.closed_form or block in free for block in above):
         raise NotBatchable("free motions that follow what is not in closed form")
